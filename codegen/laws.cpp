@@ -34,6 +34,13 @@ constexpr LawFunctions kLaw[] = {
 #include "host/base/laws.inc"
 };
 
+/// What the scene's keys say alone.
+void set_keys(const SceneOptions& options, haptable_model& model) {
+#define HAPTABLE_VALUE(FIELD, KEY) model.FIELD = static_cast<float>(options.amount(KEY));
+#define HAPTABLE_STAGE(FIELD, FUNCTION, KEY) model.FIELD = options.amount(KEY) > 0.0 ? (FUNCTION) : nullptr;
+    HAPTABLE_MODEL_KEYS(HAPTABLE_VALUE, HAPTABLE_STAGE)
+}
+
 /// What the scene switches off is not named, and so not linked.
 void set_limits(const SafetyLimits& limits, double max_force_n, haptable_model& model) {
     constexpr double kTick_s = 1e-6 * HAPTABLE_TICK_US;
@@ -87,9 +94,7 @@ void set_laws(const Tables& tables, haptable_model& model) {
     const LawFunctions& law = kLaw[static_cast<std::size_t>(tables.force)];
     model.force = has_load ? haptable_force_of_least_energy : law.force[packed];
     model.energy = least ? law.energy[packed] : nullptr;
-    model.release = tables.release_n_per_ms > 0.0 ? haptable_release_slew : nullptr;
-    model.release_n = static_cast<float>(tables.release_n_per_ms);
-    model.passivity = tables.passivity ? haptable_passivity_control : nullptr;
+    set_keys(tables.options, model);
     // Two fingers change each other's load: along its own direction alone neither history would be passive.
     set_relaxation(tables, friction || tables.limits.grab || tables.fingers == 2, model);
     set_limits(tables.limits, tables.max_force_n, model);

@@ -38,8 +38,18 @@ haptable_body body_of(const json& file) {
     const json& points = file.at("point_m");
     if (points.size() > HAPTABLE_BODY_POINTS) throw json::other_error::create(501, "has too many points", &points);
     for (const json& point : points) take(point, body.point_m[body.point_count++]);
-    body.crc = haptable_crc_of(&body, haptable_span_of_body);
     return body;
+}
+
+constexpr const char* kMotionKey[] = {
+#define HAPTABLE_KEY(PART, KEY, ...) KEY,
+    HAPTABLE_RIGID_MOVERS(HAPTABLE_KEY)};
+
+/// The last that the scene chooses.
+std::uint32_t motion_of(const SceneOptions& options) {
+    std::uint32_t motion = HAPTABLE_RIGID_MOTIONS - 1;
+    while (motion > 0 && !options.flag(kMotionKey[motion])) --motion;
+    return motion;
 }
 
 /// It weighs something, in every direction, and nothing of it feeds a motion.
@@ -91,8 +101,10 @@ std::string literal(std::span<const float> values) {
 std::optional<haptable_body> read_rigid_body(const TablesFolder& folder) {
     if (!folder.has(kFile)) return {};
     try {
-        const haptable_body body = body_of(parse_json(read_file(folder.file(kFile))));
+        haptable_body body = body_of(parse_json(read_file(folder.file(kFile))));
         require_sound(folder, body);
+        body.motion = motion_of(folder.options());
+        body.crc = haptable_crc_of(&body, haptable_span_of_body);
         return body;
     } catch (const json::exception& error) {
         folder.fail(kFile, error.what());
@@ -114,7 +126,16 @@ std::string rigid_body_fields(const haptable_body& body) {
     text += fmt::format("    .point_count = {},\n    .point_m = {{", body.point_count);
     for (std::uint32_t i = 0; i < std::max(1U, body.point_count); ++i)
         text += fmt::format("{}{}", i == 0 ? "" : ", ", literal(body.point_m[i]));
-    return text + fmt::format("}},\n    .crc = 0x{:08x}u,\n", body.crc);
+    text += "},\n";
+    if (body.motion > 0) text += fmt::format("    .motion = {},\n", body.motion);
+    return text + fmt::format("    .crc = 0x{:08x}u,\n", body.crc);
+}
+
+const char* rigid_part_of(const haptable_body& body) {
+    static constexpr const char* kPart[] = {
+#define HAPTABLE_PART(PART, ...) #PART,
+        HAPTABLE_RIGID_MOVERS(HAPTABLE_PART)};
+    return kPart[body.motion];
 }
 
 }  // namespace haptable

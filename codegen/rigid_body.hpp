@@ -19,4 +19,7 @@ void refuse_free_body(const TablesFolder& folder, const char* who);
 /// Its fields, as model.c has them.
 std::string rigid_body_fields(const haptable_body& body);
 
+/// What moves it: haptable_part_...
+const char* rigid_part_of(const haptable_body& body);
+
 }  // namespace haptable

@@ -247,18 +247,17 @@ TemplateValues values_of(const Tables& tables, const ServoModel& servo, const ha
             {"body", body != nullptr ? rigid_body_fields(*body) : ""}};
 }
 
-/// The lines of model.h and model.c on what moves under the contacts, for each mover that the scene has.
-void add_movers(TemplateValues& values) {
+/// The lines of model.h and model.c on what moves under the contacts: the body, by its part, and the modes.
+void add_movers(const haptable_body* body, const ServoModes* body_modes, TemplateValues& values) {
     for (const char* lines : {"mover_tables", "mover_parts", "mover_states", "mover_places"}) values[lines] = "";
     const auto add = [&values, &name = values.at("name")](const char* mover, const char* pointer, const char* part) {
-        if (values.at(mover).empty()) return;
         values["mover_tables"] += fmt::format("    .{0} = &{1}_{0},\n", mover, name);
         values["mover_parts"] += fmt::format("    .{} = &haptable_part_{},\n", pointer, part);
         values["mover_states"] += fmt::format("    struct haptable_{0}_state {0};\n", mover);
         values["mover_places"] += fmt::format("    .{0}_at = offsetof(struct {1}_state, {0}),\n", mover, name);
     };
-#define HAPTABLE_MOVER(NAME, POINTER, PART, ...) add(#NAME, #POINTER, #PART);
-#include "host/base/laws.inc"
+    if (body != nullptr) add("body", "rigid", rigid_part_of(*body));
+    if (body_modes != nullptr) add("modes", "ringing", "modes");
 }
 
 }  // namespace
@@ -332,7 +331,7 @@ ModelText model_text(const Tables& tables, const ServoModel& servo, const ServoP
     const std::uint64_t hash = tables_hash(model, coupling ? &*coupling : nullptr, body, body_modes);
     TemplateValues values = values_of(tables, servo, model, pair, body_modes, body);
     values["hash"] = fmt::format("{:016x}", hash);
-    add_movers(values);
+    add_movers(body, body_modes, values);
     if (body_modes != nullptr) add_mode_values(*body_modes, values);
     if (pair != nullptr) add_pair_values(*pair, tables, model, values);
     return {filled(kHeader + 1, values), filled(kSource + 1, values)};

@@ -51,6 +51,7 @@ struct haptable_body {
     HAPTABLE_BODY_FIELDS(HAPTABLE_BODY_VALUE, HAPTABLE_BODY_VECTOR)
     uint32_t point_count;                   /* <= HAPTABLE_BODY_POINTS; 0: no floor */
     float point_m[HAPTABLE_BODY_POINTS][3]; /* what may rest on the floor, body coordinates */
+    uint32_t motion;                        /* enum haptable_rigid_motion, for haptable_scene_make */
     uint32_t crc;                           /* for a model's check: of all before it, haptable_crc_of */
 };
 #undef HAPTABLE_BODY_VALUE
@@ -108,7 +109,22 @@ struct haptable_rigid_part {
     haptable_span_fn* span;
 };
 
-extern const struct haptable_rigid_part haptable_part_rigid;
+/* How a body moves as a whole, a line each (HAPTABLE_MOVERS of haptable_scene.h):
+ *   PART       its struct haptable_rigid_part is haptable_part_PART
+ *   KEY, WORD  the scene's key that chooses it, of several the last; in the names of strokes
+ *   TITLE      in docs/MOVING.md
+ *   ONE, EACH  instructions of a tick beside its contacts, at most: under one finger, and for each point on the floor
+ *   TWO, EACH  the same under two fingers
+ * Rigid motion has two systems of 6x6 and eight solves; of a finger 4 lines of the system, of a point 3, twice. */
+#define HAPTABLE_RIGID_MOVERS(X) X(rigid, "body.free", "free", "rigid motion", 11400, 2800, 13800, 2800)
+
+#define HAPTABLE_RIGID_PART(PART, ...) extern const struct haptable_rigid_part haptable_part_##PART;
+#define HAPTABLE_RIGID_MOTION(PART, ...) HAPTABLE_MOTION_##PART,
+HAPTABLE_RIGID_MOVERS(HAPTABLE_RIGID_PART)
+enum haptable_rigid_motion { HAPTABLE_RIGID_MOVERS(HAPTABLE_RIGID_MOTION) HAPTABLE_RIGID_MOTIONS };
+#undef HAPTABLE_RIGID_PART
+#undef HAPTABLE_RIGID_MOTION
+
 haptable_span_fn haptable_span_of_body; /* of a struct haptable_body */
 
 #ifdef __cplusplus

@@ -64,36 +64,22 @@ struct haptable_pair_law {
     haptable_pair_load_fn* load;
 };
 
-extern const struct haptable_pair_law haptable_pair_interpolated;
-extern const struct haptable_pair_law haptable_pair_consistent;
-extern const struct haptable_pair_law haptable_pair_pressure_mask;
-extern const struct haptable_pair_law haptable_pair_consistent_packed;
-extern const struct haptable_pair_law haptable_pair_pressure_mask_packed;
-
 /* What god_object_least_energy needs besides: a contact's terms, then their derivatives. */
 struct haptable_pair_bend {
     haptable_pair_open_fn* open;
     haptable_pair_slope_fn* slope;
 };
 
-extern const struct haptable_pair_bend haptable_pair_bend_interpolated;
-extern const struct haptable_pair_bend haptable_pair_bend_consistent;
-extern const struct haptable_pair_bend haptable_pair_bend_pressure_mask;
-extern const struct haptable_pair_bend haptable_pair_bend_consistent_packed;
-extern const struct haptable_pair_bend haptable_pair_bend_pressure_mask_packed;
+#define HAPTABLE_PAIR_LAW(name)                                 \
+    extern const struct haptable_pair_law haptable_pair_##name; \
+    extern const struct haptable_pair_bend haptable_pair_bend_##name;
+HAPTABLE_PAIR_LAWS(HAPTABLE_PAIR_LAW)
+#undef HAPTABLE_PAIR_LAW
 
 /* Functions of all compliance laws, with float32 and with packed blocks. */
 haptable_pair_slope_fn haptable_pair_slope_consistent;
 haptable_pair_slope_fn haptable_pair_slope_mask;
 haptable_pair_load_fn haptable_pair_load_of_compliance;
-
-/* Force laws of two fingers: their identifiers after haptable_pair_. */
-#define HAPTABLE_PAIR_LAWS(X) \
-    X(interpolated)           \
-    X(consistent)             \
-    X(pressure_mask)          \
-    X(consistent_packed)      \
-    X(pressure_mask_packed)
 
 #ifdef __cplusplus
 }

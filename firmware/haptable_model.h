@@ -310,6 +310,13 @@ struct haptable_model {
 #undef HAPTABLE_FUNCTION_FIELD
 #undef HAPTABLE_PART_FIELD
 
+/* Fields that a key of the scene gives alone. VALUE(field, key): its number, 0 where the scene has none. STAGE(field,
+ * function, key): the function where that is above 0, or true, else NULL. */
+#define HAPTABLE_MODEL_KEYS(VALUE, STAGE)                         \
+    VALUE(release_n, "contact.release_slew")                      \
+    STAGE(release, haptable_release_slew, "contact.release_slew") \
+    STAGE(passivity, haptable_passivity_control, "contact.passivity")
+
 /* The god-object on the rest surface: where it is and on which patch. */
 struct haptable_contact {
     uint16_t patch; /* HAPTABLE_NONE: no contact */
@@ -479,6 +486,13 @@ haptable_span_fn haptable_span_of_compliance; /* these, of a model that has one 
     X(haptable_energy_pressure_mask)     \
     X(haptable_energy_consistent_packed) \
     X(haptable_energy_pressure_mask_packed)
+/* Force laws of two fingers: after haptable_pair_ (haptable_law.h). */
+#define HAPTABLE_PAIR_LAWS(X) \
+    X(interpolated)           \
+    X(consistent)             \
+    X(pressure_mask)          \
+    X(consistent_packed)      \
+    X(pressure_mask_packed)
 #define HAPTABLE_FINISHES(X) X(haptable_release_slew) X(haptable_passivity_control)
 #define HAPTABLE_PLAUSIBLES(X) X(haptable_plausible_motion)
 #define HAPTABLE_GAINS(X) X(haptable_limit_force)

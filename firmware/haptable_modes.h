@@ -99,6 +99,9 @@ struct haptable_modes_part {
     haptable_span_fn* span;
 };
 
+/* How the surface moves in the body, as HAPTABLE_RIGID_MOVERS; EACH: of each mode. */
+#define HAPTABLE_SURFACE_MOVERS(X) X(modes, "body.modes", "rings", "modes", 1500, 400, 5000, 900)
+
 extern const struct haptable_modes_part haptable_part_modes;
 haptable_span_fn haptable_span_of_modes; /* of a struct haptable_modes */
 

@@ -22,6 +22,9 @@
 extern "C" {
 #endif
 
+/* Everything that moves under the contacts: also what the host's bounds, strokes and pages go by. */
+#define HAPTABLE_MOVERS(X) HAPTABLE_RIGID_MOVERS(X) HAPTABLE_SURFACE_MOVERS(X)
+
 /* A finger at the end of a moving body's last tick, in body coordinates but for hand_m. */
 struct haptable_past {
     float hand_m[3]; /* world coordinates */

@@ -44,6 +44,9 @@ static uint32_t take_room(uint32_t bytes, uint32_t* end) {
 void haptable_scene_make(const struct haptable_model* model, const struct haptable_pair_model* pair,
                          const struct haptable_body* body, const struct haptable_modes* modes,
                          struct haptable_scene* scene) {
+#define PART(NAME, ...) &haptable_part_##NAME,
+    static const struct haptable_rigid_part* const rigid[] = {HAPTABLE_RIGID_MOVERS(PART)};
+#undef PART
     uint32_t end = (uint32_t)(pair ? sizeof(struct haptable_pair) : sizeof(struct haptable_servo));
     if (model->frictionless || model->relax) end = (uint32_t)sizeof(struct haptable_room);
     scene->model = model;
@@ -53,7 +56,7 @@ void haptable_scene_make(const struct haptable_model* model, const struct haptab
     scene->init = pair ? haptable_init_two : haptable_init_one;
     scene->contacts = pair ? haptable_contacts_of_two : haptable_contact_of_one;
     scene->step = body || modes ? haptable_moving : pair ? haptable_step_held : haptable_step_one;
-    scene->rigid = body ? &haptable_part_rigid : 0;
+    scene->rigid = body && body->motion < HAPTABLE_RIGID_MOTIONS ? rigid[body->motion] : 0;
     scene->ringing = modes ? &haptable_part_modes : 0;
     scene->rows = !modes ? 0 : pair ? haptable_rows_of_two : haptable_rows_of_one;
     scene->part = pair || body || modes ? haptable_part_of : 0;

@@ -83,7 +83,8 @@ const struct haptable_pair_model* haptable_read_pair(struct haptable_scene_reade
 
 const struct haptable_body* haptable_read_body(struct haptable_scene_reader* in) {
     take(in, &in->body, sizeof in->body);
-    return in->is_whole && in->body.point_count <= HAPTABLE_BODY_POINTS ? &in->body : 0;
+    if (in->body.point_count > HAPTABLE_BODY_POINTS || in->body.motion >= HAPTABLE_RIGID_MOTIONS) return 0;
+    return in->is_whole ? &in->body : 0;
 }
 
 const struct haptable_modes* haptable_read_modes(struct haptable_scene_reader* in) {

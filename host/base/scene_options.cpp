@@ -40,6 +40,11 @@ const Json& SceneOptions::at(std::string_view key) const {
 
 double SceneOptions::number(std::string_view key) const { return at(key).get<double>(); }
 
+double SceneOptions::amount(std::string_view key) const {
+    if (!has(key) || is_text(key)) return 0.0;
+    return at(key).is_boolean() ? static_cast<double>(at(key).get<bool>()) : number(key);
+}
+
 std::int64_t SceneOptions::integer(std::string_view key) const { return at(key).get<std::int64_t>(); }
 
 bool SceneOptions::flag(std::string_view key) const { return has(key) && at(key).get<bool>(); }

@@ -24,6 +24,8 @@ public:
     double number(std::string_view key) const;
     /// The same; `without` where it is not there.
     double number_or(std::string_view key, double without) const { return has(key) ? number(key) : without; }
+    /// The same of what a servo takes by its size: a flag is 0 or 1, and what is off or not there 0.
+    double amount(std::string_view key) const;
     std::int64_t integer(std::string_view key) const;
     bool flag(std::string_view key) const;  ///< false where it is not there
     bool is_text(std::string_view key) const;

@@ -5,6 +5,7 @@
 #include <initializer_list>
 #include <memory>
 #include <new>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
@@ -82,7 +83,7 @@ SceneFiles with_options(SceneFiles files, const haptable_object_options& options
     if (options.is_bare == 0) return files;
     files.tables.limits = {};
     files.tables.max_force_n = kNoForce_n;
-    files.tables.release_n_per_ms = 0.0;
+    files.tables.options.set("contact.release_slew", 0.0);
     return files;
 }
 

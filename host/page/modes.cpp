@@ -2,6 +2,7 @@
 #include "host/page/modes.hpp"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <utility>
 
@@ -51,7 +52,7 @@ void add_modes(SceneFiles files, std::vector<PageMode>& modes) {
             tables.god_object = god_object;
             tables.static_friction = rough ? friction : 0.0;
             tables.kinetic_friction = rough ? kinetic : 0.0;
-            tables.release_n_per_ms = god_object == GodObject::kLeastEnergy ? kRelease_n_per_ms : 0.0;
+            tables.options.set("contact.release_slew", god_object == GodObject::kLeastEnergy ? kRelease_n_per_ms : 0.0);
             if (has(modes, tables)) continue;
             try {
                 modes.push_back(mode_of(files));

@@ -49,6 +49,13 @@ Json mass_of_model(const SceneOptions& above) {
     return {mass_kg, mass_kg, mass_kg};
 }
 
+/// All words of a choice.
+template <typename Choice>
+std::vector<const char*> words_of() {
+    const auto all = words(Choice{});
+    return {all.begin(), all.end()};
+}
+
 std::vector<const char*> model_names() {
     std::vector<const char*> names;
     for (const DeviceModel& model : device_models()) names.push_back(model.name);
@@ -118,7 +125,7 @@ std::vector<Key> make_keys() {
          .means = "names `build/<name>`, which one scene has: a letter, then at most 63 letters, digits, `_` and `-`"},
     });
     add("mesh", {
-        {.name = "element", .type = kWord, .words = {"linear", "average-nodal-pressure", "quadratic"},
+        {.name = "element", .type = kWord, .words = words_of<Element>(),
          .fallback = "linear",
          .means = "how a tetrahedron deforms; the last two do not lock "
                   "near Poisson's ratio 0.5 ([design/elements.md](design/elements.md))"},
@@ -228,13 +235,13 @@ std::vector<Key> make_keys() {
          .means = "damping ratio of each mode, to critical damping"},
     });
     add("contact", {
-        {.name = "force", .type = kWord, .words = {"interpolated", "consistent", "pressure-mask"},
+        {.name = "force", .type = kWord, .words = words_of<ForceLaw>(),
          .fallback = "interpolated", .changes = kTables,
          .means = "[how a point's force follows](CONTACT.md)"},
         {.name = "mask_radius", .unit = "m", .range = kPositive, .fallback_text = "required with `\"pressure-mask\"`",
          .changes = kTables,
          .means = "radius of the pressure mask"},
-        {.name = "god_object", .type = kWord, .words = {"nearest", "least-energy"},
+        {.name = "god_object", .type = kWord, .words = words_of<GodObject>(),
          .fallback_of = [](const SceneOptions& above) { return Json(is_free(above) ? "least-energy" : "nearest"); },
          .fallback_text = "`\"nearest\"`; free: `\"least-energy\"`", .changes = kTables,
          .means = "which point of the surface stands for the finger"},
@@ -322,10 +329,10 @@ std::vector<Key> make_keys() {
          .means = "box in the device's coordinates, outside of which the force falls"},
     });
     add("tables", {
-        {.name = "precision", .type = kWord, .words = {"float32", "float16", "int16"}, .fallback = "float32",
+        {.name = "precision", .type = kWord, .words = words_of<Storage>(), .fallback = "float32",
          .changes = kTables,
          .means = "how the servo stores the blocks that the force reads, where flash is short"},
-        {.name = "columns", .type = kWord, .words = {"surface", "all", "none"}, .fallback = "surface",
+        {.name = "columns", .type = kWord, .words = words_of<ColumnRows>(), .fallback = "surface",
          .changes = kTables,
          .means = "nodes whose displacement is kept to draw the deformation"},
         {.name = "column_precision", .type = kWord, .words = {"float32", "float16"}, .fallback = "float32",

@@ -103,7 +103,7 @@ private:
                     fmt::format("{:.0f} MB couple two places, more than {:.0f} (--most-coupling)",
                                 1e-6 * static_cast<double>(mesh.coupling_bytes(mode.force)),
                                 1e-6 * static_cast<double>(options_.most_coupling))};
-        if (mode.body.free && mesh.parts > 1)
+        if (mode.body.motion > 0 && mesh.parts > 1)
             return {"free", fmt::format("{} parts, which nothing holds together", mesh.parts)};
         return {};
     }

@@ -10,6 +10,7 @@
 #include <set>
 
 #include "firmware/haptable_pair.h"
+#include "firmware/haptable_scene.h"
 #include "host/base/error.hpp"
 #include "host/base/hash.hpp"
 #include "host/body/body.hpp"
@@ -183,6 +184,11 @@ bool is_wanted(const std::string& name, const std::vector<std::string>& only) {
 /// Its [body], of those that in_mode makes.
 std::string body_of(const Scene& scene) {
     std::string text = scene.free_body ? "free = true\n" : "";
+    for (const std::string key : {
+#define HAPTABLE_KEY(PART, KEY, ...) KEY,
+             HAPTABLE_RIGID_MOVERS(HAPTABLE_KEY)})
+        if (key != "body.free" && scene.free_body && scene.options.flag(key))
+            text += key.substr(key.find('.') + 1) + " = true\n";
     const double density = scene.free_body ? scene.free_body->density_kg_per_m3 : scene.body_modes->density_kg_per_m3;
     text += fmt::format("density = {:.17g}\n", density);
     if (scene.body_modes)

@@ -22,7 +22,7 @@ nlohmann::ordered_json to_json(const CampaignResult& result) {
                                  {"god_object", word(mode.god_object)},
                                  {"friction", mode.friction},
                                  {"fingers", mode.fingers},
-                                 {"free", mode.body.free},
+                                 {"free", mode.body.motion > 0},
                                  {"rings", mode.body.rings}});
     for (const StrokedMeshResult& one : result.results) {
         nlohmann::ordered_json modes;

@@ -20,12 +20,25 @@ constexpr double kDensity = 1000.0, kDamping = 0.05;
 constexpr int kModes = 8;
 constexpr std::uintmax_t kMostCoupling = 20'000'000;
 
+/// A mover's key in the scene, and its word in a mode's name.
+struct MoverWords {
+    const char *key, *word;
+};
+#define HAPTABLE_WORDS(PART, KEY, WORD, ...) {KEY, WORD},
+constexpr MoverWords kRigid[] = {HAPTABLE_RIGID_MOVERS(HAPTABLE_WORDS)},
+                     kSurface[] = {HAPTABLE_SURFACE_MOVERS(HAPTABLE_WORDS)};
+
 SceneFiles computed(const Scene& scene, const fs::path& folder, Progress& progress) {
     precompute(scene, folder, progress);
     return read_scene_files(folder);
 }
 
 }  // namespace
+
+std::string BodyKind::name() const {
+    return (motion > 0 ? std::string("-") + kRigid[motion - 1].word : "") +
+           (rings ? std::string("-") + kSurface[0].word : "");
+}
 
 std::vector<TouchMode> all_modes() {
     std::vector<TouchMode> modes;
@@ -46,17 +59,19 @@ Scene in_mode(Scene scene, const TouchMode& mode) {
     if (mode.force != ForceLaw::kPressureMask) contact.mask_radius_m = 0.0;
     contact.static_friction = mode.friction ? kStaticFriction : 0.0;
     contact.kinetic_friction = mode.friction ? kKineticFriction : 0.0;
-    const bool releases = mode.god_object == GodObject::kLeastEnergy && !mode.body.free;
+    const bool releases = mode.god_object == GodObject::kLeastEnergy && mode.body.motion == 0;
     contact.release_n_per_ms = releases ? kRelease_n_per_ms : 0.0;
     if (mode.fingers == 2) scene.tables.coupling_bytes = kMostCoupling;
     scene.free_body.reset();
     scene.body_modes.reset();
-    if (mode.body.free) {
+    if (mode.body.motion > 0) {
+        scene.options = options_of(scene);
+        scene.options.set(kRigid[mode.body.motion - 1].key, true);
         scene.free_body = FreeBody{};
         scene.free_body->density_kg_per_m3 = kDensity;
         scene.fixed.clear();
     }
-    if (mode.body.rings) scene.body_modes = BodyModes{kModes, kDamping, mode.body.free ? 0.0 : kDensity, 0.0, 0};
+    if (mode.body.rings) scene.body_modes = BodyModes{kModes, kDamping, mode.body.motion > 0 ? 0.0 : kDensity, 0.0, 0};
     return scene;
 }
 
@@ -115,8 +130,8 @@ StrokedModel::StrokedModel(const StrokedBody& body, const ContactOptions& contac
     tables.god_object = contact.god_object;
     tables.static_friction = contact.static_friction;
     tables.kinetic_friction = contact.kinetic_friction;
-    tables.release_n_per_ms = contact.release_n_per_ms;
-    tables.passivity = contact.passivity;
+    tables.options.set("contact.release_slew", contact.release_n_per_ms);
+    tables.options.set("contact.passivity", contact.passivity);
     model_ = model_in_memory(tables, body.servo_);
     if (contact.fingers == 2) pair_ = pair_in_memory(body.pair_.value(), tables, model_);
     if (body.files_.body_modes) modes_ = modes_in_memory(body.body_modes_);

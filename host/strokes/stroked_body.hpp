@@ -17,16 +17,20 @@
 
 namespace haptable {
 
-/// What is touched: held or free, and whether it rings (docs/BODY.md, docs/MODES.md).
+/// How a body moves as a whole (HAPTABLE_RIGID_MOVERS), and whether it rings (docs/MOVING.md).
 struct BodyKind {
-    bool free = false, rings = false;
+    unsigned motion = 0;  ///< 0: it is held; else 1 + enum haptable_rigid_motion
+    bool rings = false;
 
     bool operator==(const BodyKind&) const = default;
-    std::string name() const { return std::string(free ? "-free" : "") + (rings ? "-rings" : ""); }
+    std::string name() const;
 };
-/// Those of one stiffness matrix, which is factorised once, beside each other.
-inline constexpr std::array kBodyKinds{BodyKind{false, false}, BodyKind{false, true}, BodyKind{true, false},
-                                       BodyKind{true, true}};
+/// All of them. Those of one stiffness matrix, which is factorised once, are beside each other.
+inline constexpr auto kBodyKinds = [] {
+    std::array<BodyKind, std::size_t{2} * (1 + HAPTABLE_RIGID_MOTIONS)> kinds{};
+    for (unsigned i = 0; i < kinds.size(); ++i) kinds[i] = {i / 2, i % 2 == 1};
+    return kinds;
+}();
 
 /// A way of touching (docs/CONTACT.md).
 struct TouchMode {
@@ -42,7 +46,7 @@ struct TouchMode {
     }
 };
 
-/// All 96: force by force.
+/// All: force by force.
 std::vector<TouchMode> all_modes();
 
 /// The scene touched so: friction 0.3 and 0.2, eight modes, 1,000 kg/m^3, and what else a scene has by default.

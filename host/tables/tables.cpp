@@ -64,8 +64,6 @@ void read_contact(const SceneOptions& o, Tables& tables) {
     tables.mask_radius_m = o.number_or("contact.mask_radius", 0.0);
     tables.static_friction = o.number("contact.friction");
     tables.kinetic_friction = o.number("contact.kinetic_friction");
-    tables.release_n_per_ms = o.number("contact.release_slew");
-    tables.passivity = o.flag("contact.passivity");
     tables.fingers = static_cast<int>(o.integer("contact.fingers"));
     if (o.is_text("contact.coupling"))
         tables.auto_coupling = o.text("contact.coupling") == "auto";
@@ -186,7 +184,7 @@ void check_limits(const fs::path& path, const Tables& tables) {
         positive("relaxation.time", term.time_s);
     }
     positive("1 - the sum of relaxation.share", rest_share(tables.relaxation));
-    not_negative("contact.release_slew", tables.release_n_per_ms);
+    not_negative("contact.release_slew", tables.options.number("contact.release_slew"));
     not_negative("device.max_speed", tables.limits.max_speed_m_s);
     not_negative("device.max_force_rate", tables.limits.max_force_rate_n_per_s);
     not_negative("device.mean_force", tables.limits.mean_force_n);

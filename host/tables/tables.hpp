@@ -50,8 +50,6 @@ struct Tables {
     std::vector<RelaxationTerm> relaxation;  ///< none: an elastic body
     double static_friction = 0.0;            ///< 0: without friction
     double kinetic_friction = 0.0;
-    double release_n_per_ms = 0.0;  ///< 0: forces that end are dropped
-    bool passivity = false;
     bool auto_coupling = false;
     double coupling_n_per_m = 0.0;   ///< in series; 0: none
     double max_force_n = 0.0;        ///< where the servo cuts: the device's by the force scale

@@ -2,6 +2,7 @@
 #include "host/target/modes.hpp"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "codegen/laws.hpp"
 #include "firmware/haptable_bounds.h"
@@ -23,13 +24,6 @@ const LawCost& of_law(ForceLaw law) {
     return kCost[static_cast<std::size_t>(law)];
 }
 
-/// What a mover may cost: the same.
-struct MoverCost {
-    std::uint64_t rest, finger, each;
-};
-#define HAPTABLE_MOVER(NAME, POINTER, PART, TITLE, ...) constexpr MoverCost kCostOf_##NAME{__VA_ARGS__};
-#include "host/base/laws.inc"
-
 }  // namespace
 
 std::vector<Mode> every_mode() {
@@ -41,17 +35,17 @@ std::vector<Mode> every_mode() {
 }
 
 haptable_model in_mode(haptable_model model, const Mode& mode) {
-    Tables options;
-    options.force = mode.force;
-    options.god_object = mode.god_object;
+    Tables chosen;
+    chosen.force = mode.force;
+    chosen.god_object = mode.god_object;
     if (mode.more == "friction") {
-        options.static_friction = 0.5;
-        options.kinetic_friction = 0.4;
+        chosen.static_friction = 0.5;
+        chosen.kinetic_friction = 0.4;
     } else if (mode.more == "passivity") {
-        options.release_n_per_ms = 0.05;
-        options.passivity = true;
+        chosen.options.set("contact.release_slew", 0.05);
+        chosen.options.set("contact.passivity", true);
     }
-    set_laws(options, model);
+    set_laws(chosen, model);
     return model;
 }
 
@@ -123,19 +117,26 @@ std::uint64_t most_pair_cost(const Mode& mode, std::uint64_t fan) {
            each.look * HAPTABLE_PAIR_LOOKS;
 }
 
-std::uint64_t most_body_cost(std::uint64_t points, std::uint64_t fingers) {
-    // Two systems of 6x6 and eight solves; of a finger 4 lines of the system, of a point 3, twice.
-    return kCostOf_body.rest + kCostOf_body.finger * fingers + kCostOf_body.each * points;
-}
-
-std::uint64_t most_modes_cost(const Mode& mode, std::uint64_t modes) {
-    const std::uint64_t load = std::max<std::uint64_t>(STEPS_OF_ENERGY * cost_of(mode, 0).energy, 2000);
-    return kCostOf_modes.rest + 4 * load + kCostOf_modes.each * modes;
-}
-
-std::uint64_t most_modes_pair_cost(const Mode& mode, std::uint64_t modes) {
-    // Each place's own terms and what couples them, read anew; a system of 6x6; the account.
-    return 5000 + pair_cost_of(mode, 0).rest + 900 * modes;
+std::uint64_t most_moving_cost(const LoadedScene& scene, const Mode& mode) {
+    /// Most instructions of a mover: under one finger and under two, and for each point on a floor or mode.
+    struct MoverCost {
+        std::uint64_t one, one_each, two, two_each;
+    };
+#define HAPTABLE_COST(PART, KEY, WORD, TITLE, ...) {__VA_ARGS__},
+    static constexpr MoverCost kRigid[] = {HAPTABLE_RIGID_MOVERS(HAPTABLE_COST)},
+                               kSurface[] = {HAPTABLE_SURFACE_MOVERS(HAPTABLE_COST)};
+    const bool two = scene.pair() != nullptr;
+    const auto of = [two](const MoverCost& cost, std::uint64_t count) {
+        return two ? cost.two + cost.two_each * count : cost.one + cost.one_each * count;
+    };
+    std::uint64_t sum = 0;
+    if (const haptable_body* body = scene.body()) sum += of(kRigid[body->motion], body->point_count);
+    if (const haptable_modes* modes = scene.modes()) {
+        // A surface that moves is met by each contact's own terms, and by what couples them, read anew.
+        const std::uint64_t load = std::max<std::uint64_t>(STEPS_OF_ENERGY * cost_of(mode, 0).energy, 2000);
+        sum += of(kSurface[0], modes->count) + (two ? pair_cost_of(mode, 0).rest : 4 * load);
+    }
+    return sum;
 }
 
 }  // namespace haptable

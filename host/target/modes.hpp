@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "codegen/loaded_scene.hpp"
 #include "firmware/haptable_model.h"
 #include "firmware/haptable_pair.h"
 #include "host/base/modes.hpp"
@@ -62,13 +63,8 @@ std::uint64_t pair_cost(const PairTickCost& each, const haptable_pair& tick);
 /// The most that a tick of two fingers can cost, all pairs of places being blocks.
 std::uint64_t most_pair_cost(const Mode& mode, std::uint64_t fan);
 
-/// What the motion of a body that nothing holds can cost beside its fingers' steps; no loop of it depends on data.
-///   points  of the body that may rest on a floor
-std::uint64_t most_body_cost(std::uint64_t points, std::uint64_t fingers);
-
-/// The same of so many modes that ring under a finger.
-std::uint64_t most_modes_cost(const Mode& mode, std::uint64_t modes);
-/// And under two fingers.
-std::uint64_t most_modes_pair_cost(const Mode& mode, std::uint64_t modes);
+/// What the scene's movers can cost beside its fingers' steps (HAPTABLE_MOVERS); 0: nothing moves. No loop of theirs
+/// depends on data.
+std::uint64_t most_moving_cost(const LoadedScene& scene, const Mode& mode);
 
 }  // namespace haptable

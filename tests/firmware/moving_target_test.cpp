@@ -24,12 +24,7 @@ struct Built {
     SceneState state() const { return {scene.model(), scene.pair(), scene.body(), scene.modes()}; }
     std::size_t fingers() const { return scene.pair() != nullptr ? 2 : 1; }
     /// What a tick's motion costs at the most beside its fingers' steps.
-    std::uint64_t moves() const {
-        std::uint64_t cost = scene.body() != nullptr ? most_body_cost(scene.body()->point_count, fingers()) : 0;
-        if (const haptable_modes* modes = scene.modes())
-            cost += fingers() == 2 ? most_modes_pair_cost(mode, modes->count) : most_modes_cost(mode, modes->count);
-        return cost;
-    }
+    std::uint64_t moves() const { return most_moving_cost(scene, mode); }
     /// The work of the fingers in the last tick, and at the most.
     std::uint64_t touching(SceneState& state) const {
         return fingers() == 2 ? pair_cost(pair_cost_of(mode, fan), *state.pair())

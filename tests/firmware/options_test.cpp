@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstdlib>
+#include <nlohmann/json.hpp>
 #include <random>
 
 #include "codegen/codegen.hpp"
@@ -490,7 +491,7 @@ TEST(Modes, WhatNoModelNamesIsNotLinked) {
     EXPECT_NE(plain.find("haptable_force_interpolated"), std::string::npos);
     Tables tables = exact.tables();
     tables.god_object = GodObject::kLeastEnergy;
-    tables.release_n_per_ms = 0.1;
+    tables.options.set("contact.release_slew", 0.1);
     tables.max_force_n = 8.5;
     tables.limits.max_force_rate_n_per_s = 850.0;
     tables.limits.check = true;

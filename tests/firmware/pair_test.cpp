@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <random>
 
 #include "codegen/in_memory.hpp"
@@ -40,8 +41,8 @@ public:
         : body_(body), tables_(body.tables()), pair_(build_pair(body.pair(), tables_, body.servo())) {
         tables_.god_object = god_object;
         tables_.static_friction = tables_.kinetic_friction = friction;
-        tables_.release_n_per_ms = 0.0;
-        tables_.passivity = passivity;
+        tables_.options.set("contact.release_slew", 0.0);
+        tables_.options.set("contact.passivity", passivity);
         tables_.max_force_n = 1e6;
         tables_.limits = {};
         model_ = model_in_memory(tables_, body.servo());

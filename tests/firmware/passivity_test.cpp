@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <random>
 
 #include "codegen/in_memory.hpp"
@@ -25,7 +26,7 @@ protected:
     int fingers() const { return GetParam(); }
     haptable_model model(bool is_passive) const {
         Tables tables = body_.tables();
-        tables.passivity = is_passive;
+        tables.options.set("contact.passivity", is_passive);
         return model_in_memory(tables, body_.servo());
     }
     /// J: the most that all hands were given since the session's begin, less what they gave.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <random>
 
 #include "codegen/laws.hpp"
@@ -397,7 +398,7 @@ TEST(GrabOfACompliance, PullsTwiceAsHardTwiceAsFar) {
     const ElasticBody body(cube_scene(5, 0.3), ForceLaw::kConsistent);
     Tables tables = body.tables();
     tables.god_object = GodObject::kLeastEnergy;
-    tables.release_n_per_ms = 0.0;
+    tables.options.set("contact.release_slew", 0.0);
     tables.limits = {};
     tables.limits.grab = true;
     haptable_model model = body.model(GodObject::kLeastEnergy);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "codegen/laws.hpp"
@@ -96,7 +97,7 @@ TEST(HardDrift, NorDoesTheEnergyThatPassivityCounts) {
     constexpr std::uint32_t kLaps = 1'000;
     const ElasticBody cube(cube_scene(5, 0.49), ForceLaw::kInterpolated);
     Tables options;
-    options.passivity = true;
+    options.options.set("contact.passivity", true);
     options.max_force_n = cube.tables().max_force_n;
     haptable_model model = cube.model();
     set_laws(options, model);

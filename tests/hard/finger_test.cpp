@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "codegen/in_memory.hpp"
 #include "tests/bodies.hpp"
@@ -181,8 +182,8 @@ TEST_P(HardFinger, AtASubnormalDistanceWithAllThatMayBeAdded) {
     tables.god_object = std::get<1>(GetParam());
     tables.static_friction = 0.5;
     tables.kinetic_friction = 0.4;
-    tables.release_n_per_ms = 0.01;
-    tables.passivity = true;
+    tables.options.set("contact.release_slew", 0.01);
+    tables.options.set("contact.passivity", true);
     tables.relaxation = {{0.3, 0.01}};
     tables.limits.max_force_rate_n_per_s = 1e4;
     tables.limits.mean_force_n = 5.0;

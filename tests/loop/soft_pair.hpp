@@ -2,6 +2,7 @@
 // The paper's cube for two fingers, as a servo program has it.
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "codegen/in_memory.hpp"
@@ -16,7 +17,7 @@ public:
     explicit SoftPair(double friction = 0.0) {
         tables_.limits = {};
         tables_.static_friction = tables_.kinetic_friction = friction;
-        tables_.release_n_per_ms = 0.0;
+        tables_.options.set("contact.release_slew", 0.0);
         model_ = model_in_memory(tables_, servo_);
         pair_model_ = pair_in_memory(pair_, tables_, model_);
     }

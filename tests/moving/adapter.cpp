@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "codegen/body_modes.hpp"
 #include "codegen/in_memory.hpp"
@@ -71,7 +72,7 @@ MovingSession::MovingSession(const MovingTables& tables, const Touching& touchin
         variant.static_friction = variant.kinetic_friction = touching.friction;
         variant.max_force_n = touching.max_force_n;
         variant.limits = {};
-        variant.release_n_per_ms = touching.release_n_per_ms;
+        variant.options.set("contact.release_slew", touching.release_n_per_ms);
     }
     f.model = model_in_memory(variant, tables.servo());
     const bool for_two = touching.fingers == 2, rings = tables.body_modes().has_value();

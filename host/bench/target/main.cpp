@@ -83,13 +83,8 @@ ordered_json count_strokes(const Options& o) {
 /// The most that a tick of the scene can cost, with all that moves.
 std::uint64_t bound_of(const LoadedScene& scene) {
     const Mode mode = own_mode(scene.tables());
-    const std::uint64_t fan = most_patches_around_a_vertex(scene.model()), fingers = scene.pair() != nullptr ? 2 : 1;
-    std::uint64_t bound = fingers == 2 ? most_pair_cost(mode, fan) : most_cost(mode, fan);
-    if (scene.body() != nullptr) bound += most_body_cost(scene.body()->point_count, fingers);
-    if (const ModeTables* body_modes = scene.body_modes())
-        bound +=
-            fingers == 2 ? most_modes_pair_cost(mode, body_modes->modes()) : most_modes_cost(mode, body_modes->modes());
-    return bound;
+    const std::uint64_t fan = most_patches_around_a_vertex(scene.model());
+    return most_moving_cost(scene, mode) + (scene.pair() != nullptr ? most_pair_cost(mode, fan) : most_cost(mode, fan));
 }
 
 template <std::size_t size>

@@ -38,7 +38,8 @@ void add(const fs::path& folder, bool every_one, double depth_m, std::vector<Tim
             Tables tables = read_tables(folder);
             tables.precision = storage;
             tables.god_object = god_object;
-            tables.release_n_per_ms = god_object == GodObject::kLeastEnergy ? kReleaseOfLeastEnergy : 0.0;
+            tables.options.set("contact.release_slew",
+                               god_object == GodObject::kLeastEnergy ? kReleaseOfLeastEnergy : 0.0);
             put(std::move(tables));
         }
 }

@@ -264,7 +264,7 @@ TEST_P(Spoiled, IsShrunkToFewTicks) {
     FAIL() << "no stroke with the fault";
 }
 
-constexpr BodyKind kFree{true, false}, kRings{false, true};
+constexpr BodyKind kFree{1, false}, kRings{0, true};
 constexpr auto kNearest = GodObject::kNearest, kLeast = GodObject::kLeastEnergy;
 
 INSTANTIATE_TEST_SUITE_P(

@@ -141,10 +141,10 @@ TEST(Strokes, SceneOfAFaultReadsBack) {
             EXPECT_EQ(again.contact.release_n_per_ms, scene.contact.release_n_per_ms);
             EXPECT_EQ(again.contact.mask_radius_m, scene.contact.mask_radius_m);
             EXPECT_EQ(again.contact.fingers, mode.fingers);
-            EXPECT_EQ(again.free_body.has_value(), mode.body.free);
+            EXPECT_EQ(again.free_body.has_value(), mode.body.motion > 0);
             EXPECT_EQ(again.body_modes.has_value(), mode.body.rings);
             ASSERT_EQ(again.fixed.size(), scene.fixed.size());
-            if (!mode.body.free) {
+            if (mode.body.motion == 0) {
                 EXPECT_EQ(again.fixed[0].box_m, scene.fixed[0].box_m);
             }
             EXPECT_EQ(to_toml(again), to_toml(scene));
