@@ -9,12 +9,12 @@ namespace haptable {
 
 namespace {
 
-struct NamedDriver {
+struct DriverEntry {
     const char* name;
     std::unique_ptr<Driver> (*open)(const DriverOptions&);
 };
 
-constexpr NamedDriver kDrivers[] = {
+constexpr DriverEntry kDrivers[] = {
 #define HAPTABLE_DRIVER(name) {#name, open_##name},
 #include "host/device/drivers.inc"
 };
@@ -23,12 +23,12 @@ constexpr NamedDriver kDrivers[] = {
 
 std::string driver_names() {
     std::string names;
-    for (const NamedDriver& one : kDrivers) names += (names.empty() ? "" : ", ") + std::string(one.name);
+    for (const DriverEntry& one : kDrivers) names += (names.empty() ? "" : ", ") + std::string(one.name);
     return names;
 }
 
 std::unique_ptr<Driver> open_driver(const std::string& name, const DriverOptions& options) {
-    for (const NamedDriver& one : kDrivers)
+    for (const DriverEntry& one : kDrivers)
         if (name == one.name) return one.open(options);
     throw Error(fmt::format("--driver: there is no {}; there are simulated, {}", name, driver_names()));
 }

@@ -8,7 +8,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -39,14 +38,14 @@ double speed_of(const Vector3d& a, const Vector3d& r, double f) {
 
 }  // namespace
 
-const std::vector<NamedHand>& hands() {
-    static const std::vector<NamedHand> all{{"default", {}}, {"soft", {50.0, 1.0}}, {"stiff", {800.0, 10.0}}};
+const std::vector<HandModel>& hands() {
+    static const std::vector<HandModel> all{{"default", {}}, {"soft", {50.0, 1.0}}, {"stiff", {800.0, 10.0}}};
     return all;
 }
 
 Hand hand_named(const std::string& name) {
     std::string known;
-    for (const NamedHand& one : hands()) {
+    for (const HandModel& one : hands()) {
         if (one.name == name) return one.hand;
         known += std::string(known.empty() ? "" : ", ") + one.name;
     }

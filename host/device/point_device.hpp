@@ -20,11 +20,11 @@ struct Hand {
 };
 
 /// Hands by name: the first is the default, "soft" hardly holds the device, "stiff" grips it.
-struct NamedHand {
+struct HandModel {
     const char* name;
     Hand hand;
 };
-const std::vector<NamedHand>& hands();
+const std::vector<HandModel>& hands();
 
 /// Throws Error that names the hands there are.
 Hand hand_named(const std::string& name);

@@ -25,8 +25,8 @@
 extern "C" {
 #endif
 
-/* Of this header. haptable_library_version() of a library that can be used is the same; the number changes with the
- * library's soname. */
+/* Version of this header. haptable_library_version() of a library that can be used is the same; the number changes
+ * with the library's soname. */
 #define HAPTABLE_LIBRARY_VERSION 1
 
 #define HAPTABLE_LIBRARY_API __attribute__((visibility("default")))
@@ -170,7 +170,7 @@ HAPTABLE_LIBRARY_API void haptable_finger_swung(const struct haptable_finger* fi
 
 /* ---- two fingers ---------------------------------------------------------------------------------------------- */
 
-/* Of the object's scene: 1 or 2. */
+/* Fingers of the object's scene: 1 or 2. */
 HAPTABLE_LIBRARY_API uint32_t haptable_object_fingers(const struct haptable_object* object);
 
 /* A servo for two fingers without contact, its tables checked. NULL where it fails, or the scene has one finger. */

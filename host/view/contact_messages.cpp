@@ -136,9 +136,9 @@ private:
 };
 
 /// Chooses frames from messages in the order of a log. Those of one time are one tick.
-class FrameChooser {
+class FrameSelection {
 public:
-    FrameChooser(const ContactLoads& loads, const FrameChoice& choice, std::string source)
+    FrameSelection(const ContactLoads& loads, const FrameChoice& choice, std::string source)
         : loads_(loads),
           choice_(choice),
           source_(std::move(source)),
@@ -240,24 +240,24 @@ ContactFrame to_frame(const contact& message, const ContactLoads& loads, std::in
 RecordedContacts read_contact_log(const std::filesystem::path& file, const ContactLoads& loads,
                                   const FrameChoice& choice) {
     LogReader log(file);
-    FrameChooser chooser(loads, choice, file.string());
+    FrameSelection selection(loads, choice, file.string());
     LeftOut left_out;
     while (const std::optional<LogReader::Event> event = log.next()) {
         stop_if_interrupted();
         try {
             const Heard heard = take_message(
                 event->channel, event->data,
-                Overloaded{[&](const body_pose& pose, std::size_t) { chooser.motion.take(pose); },
-                           [&](const body_modes& modes, std::size_t) { chooser.motion.take(modes); },
-                           [&](const contact& touched, std::size_t finger) { chooser.take(finger, touched); }});
+                Overloaded{[&](const body_pose& pose, std::size_t) { selection.motion.take(pose); },
+                           [&](const body_modes& modes, std::size_t) { selection.motion.take(modes); },
+                           [&](const contact& touched, std::size_t finger) { selection.take(finger, touched); }});
             if (heard == Heard::damaged || heard == Heard::other_version)
                 left_out.add(reason_of(heard, *event, file.string()));
         } catch (const Error& error) {
             left_out.add(error.what());
         }
     }
-    chooser.finish(left_out);
-    return {std::move(chooser.frames), left_out.count() + log.damaged()};
+    selection.finish(left_out);
+    return {std::move(selection.frames), left_out.count() + log.damaged()};
 }
 
 namespace {

@@ -120,7 +120,7 @@ function haptableEngine(port) {
     note(words(ticks_at, stride * due), due);
   }
 
-  // Of a tick: which of two hands nobody holds. One that is alone is there, and may have no position.
+  // Marks the hands that nobody holds in a tick, of two. One that is alone is there, and may have no position.
   function away() {
     words(buttons_at, fingers).set(goal.slice(0, fingers).map(at => fingers === 2 && at === null ? AWAY : 0));
     return buttons_at;

@@ -136,7 +136,7 @@
     $('link').textContent = live.text;
     $('link').classList.toggle('trouble', Boolean(live.trouble));
     if ($('hint')) $('hint').hidden = !live.yours;
-    if (!live.yours) let_go_all();
+    if (!live.yours) release_all();
     dress();
   }
 
@@ -275,7 +275,7 @@
     } catch (error) { /* an event that no pointer made */ }
     const presses = !replay && may_press() && event.button === 0 && !event.shiftKey && hit && hit.touchable;
     if (pinch.size === 2 && !(presses && scene.fingers === 2 && grip[hand].press)) {
-      let_go_all();
+      release_all();
       turning = null;
       return;
     }
@@ -346,16 +346,16 @@
   function up(event) {
     pinch.delete(event.pointerId);
     if (turning && event.pointerId === turning.id) turning = null;
-    if (pressed_by(event) >= 0) let_go(pressed_by(event));
+    if (pressed_by(event) >= 0) release(pressed_by(event));
     dress();
   }
 
-  function let_go(finger) {
+  function release(finger) {
     grip[finger].press = null;
     send_goal(finger, goal_of(finger));
   }
 
-  const let_go_all = () => grip.forEach(({press}, finger) => { if (press) let_go(finger); });
+  const release_all = () => grip.forEach(({press}, finger) => { if (press) release(finger); });
 
   function dress() {
     $('stage').classList.toggle('pressing', grip.some(({press}) => press));
@@ -422,7 +422,7 @@
     });
   }
 
-  // Of a body that nothing holds, that too.
+  // Puts the camera back, and a body that nothing holds.
   function home() {
     picture.home();
     if (!scene.body || live || replay) return;
@@ -432,7 +432,7 @@
   }
 
   function press_middle() {
-    if (grip[hand].press) return let_go(hand);
+    if (grip[hand].press) return release(hand);
     const hit = picture.pick(0.5 * picture.width, 0.5 * picture.height);
     if (hit && hit.touchable && !replay && may_press()) press_at(hand, hit, null);
   }
