@@ -7,10 +7,12 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <filesystem>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "firmware/haptable_scene.h"
@@ -25,7 +27,6 @@ namespace haptable {
 
 namespace {
 
-using Eigen::Vector3d;
 using Clock = std::chrono::steady_clock;
 
 constexpr int kStrokes = 50;
@@ -83,7 +84,7 @@ void time_round(const Touched& touched, const std::vector<FingerPath>& strokes, 
     }
 }
 
-Vector3d in_double(const std::array<float, 3>& x) { return Eigen::Map<const Eigen::Vector3f>(x.data()).cast<double>(); }
+std::array<double, 3> in_double(const std::array<float, 3>& x) { return {x[0], x[1], x[2]}; }
 
 template <typename Function>
 Function* function_of(void* library, const std::filesystem::path& file, const char* name) {
@@ -104,7 +105,7 @@ void add_peer(const std::filesystem::path& file, const Tables& tables,
         void* peer =
             make(tables.position.front().data(), tables.patch.front().data(), static_cast<int>(tables.patch.size()),
                  kStiffness_n_per_m, friction ? kStaticFriction : 0.0, friction ? kDynamicFriction : 0.0);
-        auto force_n = std::make_shared<Vector3d>();
+        auto force_n = std::make_shared<std::array<double, 3>>();
         to.emplace_back(file.stem().string() + (friction ? " friction" : ""),
                         Touched{[=](const auto& x) { begin(peer, in_double(x).data()); },
                                 [=](const auto& x) { step(peer, in_double(x).data(), force_n->data()); }});
