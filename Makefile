@@ -168,7 +168,7 @@ touch: $(BUILD)/bin/haptable-precompute $(BUILD)/bin/haptable-view $(PAGE_PARTS)
 
 # test: install what is missing, build and run every test but those of packages and of several machines
 .PHONY: test
-test: $(MODULES) $(BUILD)/tests/unit $(BUILD)/bin/haptable-keys all $(PAGE_PARTS) library $(addprefix $(BUILD)/bin/haptable-bench-,ticks target devices inversion realtime) $(BUILD)/setup-package.stamp $(BUILD)/setup-lab.stamp
+test: $(MODULES) $(BUILD)/tests/unit $(BUILD)/bin/haptable-keys all $(PAGE_PARTS) library $(addprefix $(BUILD)/bin/haptable-,contact $(addprefix bench-,ticks target devices inversion realtime)) $(BUILD)/setup-package.stamp $(BUILD)/setup-lab.stamp
 	@$(MAKE) --no-print-directory $(BUILD)/lab/site/ready || echo "no packages of PyPI: the tests beside scikit-fem skip"
 	@$(MAKE) --no-print-directory test-fuzz images test-python
 	@BUILD=$(BUILD) sh scripts/test.sh

@@ -2,11 +2,14 @@
 """Tables of what the measuring programs tell."""
 
 import math
+import os
 import subprocess
 
 import pytest
-from lab import LabError, programs
+from lab import LabError, programs, scenes
+from lab.error import FORCES
 from lab.numbers import text_of
+from lab.specimens import cube_scene
 
 
 def _rows(table):
@@ -58,6 +61,55 @@ def test_a_mode_with_friction_is_beside_a_peer_with_friction():
 # Its table in the docs stays.
 def test_a_peer_that_cannot_be_had_leaves_no_table():
     assert programs.beside_tables(*2 * [{"clock": [0.0], "interpolated nearest": [2.0]}]) == {}
+
+
+# Tells on standard error what it is made of.
+_PEER = """#include <stdio.h>
+#include "host/bench/peers/peer.h"
+void *haptable_peer_make(const double *point_m, const int *patch, int patches, double n_per_m, double s, double k) {
+    fprintf(stderr, "%d patches to z = %g: %g, %g\\n", patches, point_m[3 * patch[3 * patches - 1] + 2], s, k);
+    return stderr;
+}
+void haptable_peer_begin(void *peer, const double x[3]) { (void)peer, (void)x; }
+void haptable_peer_step(void *peer, const double x[3], double f[3]) { (void)peer, f[0] = -x[0]; }
+"""
+
+
+def _timed(build, folder, peer, source):
+    """What haptable-contact tells of a small cube beside a peer of that source; empty: there is none."""
+    program = build / "bin/haptable-contact"
+    if not program.exists():
+        pytest.skip("no haptable-contact: make build/bin/haptable-contact")
+    if source:
+        (folder / "peer.c").write_text(source)
+        subprocess.run(["cc", "-I.", "-shared", "-fPIC", folder / "peer.c", "-o", folder / peer], check=True)
+    for force in FORCES:
+        mask = {"mask_radius": 0.012} if force == "pressure-mask" else {}
+        scenes.precompute({**cube_scene(3, 0.3), "contact": {"force": force, **mask}}, folder / force, build)
+    return programs.told(program, *(folder / force for force in FORCES), "--rounds", 2, "--peer", folder / peer)
+
+
+def test_a_peer_is_timed_with_friction_and_without_in_the_ticks_of_every_mode(tmp_path, build, capfd):
+    told = _timed(build, tmp_path, "spring.so", _PEER)
+    modes = {f"{f} {g}{more}" for f in FORCES for g in ("nearest", "least-energy") for more in ("", " friction")}
+    assert set(told) == {"clock", "spring", "spring friction"} | modes
+    assert len({len(s) for s in told.values()}) == 1, "every one in the same ticks"
+    assert capfd.readouterr().err == "".join(f"8 patches to z = 0.03: {mu}\n" for mu in ("0, 0", "0.5, 0.4"))
+
+
+@pytest.mark.parametrize(("source", "why"), [("int nothing;\n", "has no haptable_peer_make; run make peers"),
+                                             ("", "run make peers")])
+def test_what_is_no_peer_is_an_error(tmp_path, build, capfd, source, why):
+    with pytest.raises(LabError):
+        _timed(build, tmp_path, "none.so", source)
+    assert why in capfd.readouterr().err
+
+
+def test_peers_that_cannot_be_fetched_leave_no_library(tmp_path):
+    ended = subprocess.run(["sh", "scripts/peers.sh", tmp_path / "peers"], check=False, capture_output=True,
+                           env={**os.environ, "PEERS": str(tmp_path / "nowhere")})
+    assert ended.returncode != 0
+    assert not list((tmp_path / "peers").glob("*.so*"))
 
 
 # ---- devices -------------------------------------------------------------------------------------------------------
