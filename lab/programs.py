@@ -98,21 +98,29 @@ def times_of(fastest_s: Sequence[float], clock_s: float) -> list[float]:
     return [float(s.mean()), *(float(s[int(share * (len(s) - 1))]) for share in (0.5, 0.999))]
 
 
-def beside_tables(cube: dict[str, list[float]], mouse_: dict[str, list[float]]) -> dict[str, Any]:
+def beside_tables(cube: dict[str, Any], mouse_: dict[str, Any]) -> dict[str, Any]:
     """How many times as fast as a peer a whole tick of each mode is, with friction as the peer's with friction; first
-    the peer's own times. A table a peer. Each: of haptable-contact, of one body."""
-    of = [{name: times_of(s, times_of(body["clock"], 0.0)[1]) for name, s in body.items()} for body in (cube, mouse_)]
-    modes = [name for name in cube if name.split()[0] in FORCES]
+    the peer's own times; the paper's mode above the surface, where all modes do the same. A table a peer. Each: of
+    haptable-contact, of one body."""
+    def times(kind: str) -> list[dict[str, list[float]]]:
+        return [{name: times_of(s, times_of(body[kind]["clock"], 0.0)[1]) for name, s in body[kind].items()}
+                for body in (cube, mouse_)]
+    contact, above = times("contact"), times("above")
+    names = list(contact[0])
+    modes = [name for name in names if name.split()[0] in FORCES]
 
-    def faster(peer: str, mode: str) -> Cells:
-        beside = peer + " friction" * mode.endswith(" friction")
-        return [mode, *(number(p / m, f"{p / m:.2f}") for body in of for p, m in zip(body[beside], body[mode]))]
-    peers = [name for name in cube if f"{name} friction" in cube and name not in modes]
+    def taken(what: str, of: list[dict[str, list[float]]], name: str) -> Cells:
+        return [what, *(seconds(s) for body in of for s in body[name])]
+
+    def faster(what: str, of: list[dict[str, list[float]]], mode: str, peer: str) -> Cells:
+        peer += " friction" * mode.endswith(" friction")
+        return [what, *(number(p / m, f"{p / m:.2f}") for body in of for p, m in zip(body[peer], body[mode]))]
     return {f"modes-beside-{peer}": {
         "columns": ["", "cube, mean", "median", "99.9 %", "mouse, mean", "median", "99.9 %"],
-        "rows": [*([what, *(seconds(s) for body in of for s in body[name])]
-                   for what, name in (("it takes", peer), ("with friction", f"{peer} friction"))),
-                 *(faster(peer, mode) for mode in modes)]} for peer in peers}
+        "rows": [taken("it takes", contact, peer), taken("with friction", contact, f"{peer} friction"),
+                 taken("2 mm above", above, peer), *(faster(mode, contact, mode, peer) for mode in modes),
+                 faster("2 mm above", above, modes[0], peer)]}
+            for peer in names if f"{peer} friction" in names and peer not in modes}
 
 
 def beside(build: Path, out: Path, rounds: int = 30) -> None:

@@ -52,15 +52,19 @@ def test_ticks_that_alternate_have_another_mean_than_median():
 def test_a_mode_with_friction_is_beside_a_peer_with_friction():
     body = {"clock": [0.0], "hapi": [4.0], "hapi friction": [6.0], "interpolated nearest": [2.0],
             "interpolated nearest friction": [3.0]}
-    tables = programs.beside_tables(body, {**body, "hapi": [8.0]})
+    above = {**dict.fromkeys(body, [1.0]), "clock": [0.0], "hapi": [0.5]}
+    tables = programs.beside_tables({"contact": body, "above": above},
+                                    {"contact": {**body, "hapi": [8.0]}, "above": above})
     assert set(tables) == {"modes-beside-hapi"}
-    assert [row[1] for row in _rows(tables["modes-beside-hapi"])] == ["4 s", "6 s", "2.00", "2.00"]
-    assert [row[4] for row in _rows(tables["modes-beside-hapi"])] == ["8 s", "6 s", "4.00", "2.00"]
+    rows = _rows(tables["modes-beside-hapi"])
+    assert [row[1] for row in rows] == ["4 s", "6 s", "500 ms", "2.00", "2.00", "0.50"]
+    assert [row[4] for row in rows] == ["8 s", "6 s", "500 ms", "4.00", "2.00", "0.50"]
 
 
 # Its table in the docs stays.
 def test_a_peer_that_cannot_be_had_leaves_no_table():
-    assert programs.beside_tables(*2 * [{"clock": [0.0], "interpolated nearest": [2.0]}]) == {}
+    body = {"clock": [0.0], "interpolated nearest": [2.0]}
+    assert programs.beside_tables(*2 * [{"contact": body, "above": body}]) == {}
 
 
 # Tells on standard error what it is made of.
@@ -92,8 +96,10 @@ def _timed(build, folder, peer, source):
 def test_a_peer_is_timed_with_friction_and_without_in_the_ticks_of_every_mode(tmp_path, build, capfd):
     told = _timed(build, tmp_path, "spring.so", _PEER)
     modes = {f"{f} {g}{more}" for f in FORCES for g in ("nearest", "least-energy") for more in ("", " friction")}
-    assert set(told) == {"clock", "spring", "spring friction"} | modes
-    assert len({len(s) for s in told.values()}) == 1, "every one in the same ticks"
+    for of in told["contact"], told["above"]:
+        assert set(of) == {"clock", "spring", "spring friction"} | modes
+        assert len({len(s) for s in of.values()}) == 1, "every one in the same ticks"
+    assert len(told["above"]["clock"]) == 999
     assert capfd.readouterr().err == "".join(f"8 patches to z = 0.03: {mu}\n" for mu in ("0, 0", "0.5, 0.4"))
 
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // haptable-contact: ticks of every contact mode beside those of haptic libraries (host/bench/peers) on the same
-// patches, over strokes at up to 0.1 m/s through the surface and aside, in the ticks in which the finger is in contact:
-// raw times as JSON, of which lab/programs.py makes tables.
+// patches, over strokes at up to 0.1 m/s through the surface and aside, in the ticks in which the finger is in contact,
+// and round a circle 2 mm above it: raw times as JSON, of which lab/programs.py makes tables.
 #include <dlfcn.h>
 #include <fmt/format.h>
 
@@ -31,6 +31,8 @@ using Clock = std::chrono::steady_clock;
 
 constexpr int kStrokes = 50;
 constexpr float kLongest_m = 1e-4F;  // a tick: 0.1 m/s
+constexpr double kAbove_m = 2e-3;
+constexpr std::size_t kRound = 1000;  // ticks of the circle
 constexpr double kStiffness_n_per_m = 100.0;
 constexpr double kStaticFriction = 0.5, kDynamicFriction = 0.4;  // in_mode()'s
 
@@ -128,12 +130,13 @@ Touched servo_on(const haptable_model& model) {
 
 using Subjects = std::array<std::unique_ptr<Subject>, 3>;  // by force
 
-/// The fastest that each contact tick was in any round, s: of the clock alone, of the peers, and of every mode. All in
-/// turn, so that a ratio compares the same minutes.
+/// The fastest that each tick in contact, and each above, was in any round, s: of the clock alone, of the peers, and of
+/// every mode. All in turn, so that a ratio compares the same minutes.
 nlohmann::ordered_json times_on(const Subjects& subjects, const std::vector<std::filesystem::path>& peers, int rounds) {
     const Tables& tables = subjects[0]->tables();
-    const std::vector<FingerPath> strokes = slow_strokes(tables);
-    const std::vector<char> counts = contact_ticks(subjects[0]->model(), strokes);
+    std::vector<FingerPath> strokes = slow_strokes(tables);
+    const std::vector<char> touches = contact_ticks(subjects[0]->model(), strokes);
+    strokes.push_back(subjects[0]->circle(-kAbove_m, kRound));
     std::vector<std::pair<std::string, Touched>> touched{{"clock", {[](const auto&) {}, [](const auto&) {}}}};
     for (const std::filesystem::path& peer : peers) add_peer(peer, tables, touched);
     for (const Mode& mode : every_mode())
@@ -141,13 +144,14 @@ nlohmann::ordered_json times_on(const Subjects& subjects, const std::vector<std:
             touched.emplace_back(mode.name(),
                                  servo_on(in_mode(subjects[static_cast<std::size_t>(mode.force)]->model(), mode)));
     std::vector<std::vector<double>> fastest_s(
-        touched.size(), std::vector<double>(counts.size(), std::numeric_limits<double>::infinity()));
+        touched.size(), std::vector<double>(touches.size() + kRound, std::numeric_limits<double>::infinity()));
     for (int round = 0; round < rounds; ++round)
         for (std::size_t i = 0; i < touched.size(); ++i) time_round(touched[i].second, strokes, fastest_s[i]);
     nlohmann::ordered_json all;
     for (std::size_t i = 0; i < touched.size(); ++i)
-        for (std::size_t tick = 0; tick < counts.size(); ++tick)
-            if (counts[tick] != 0) all[touched[i].first].push_back(fastest_s[i][tick]);
+        for (std::size_t tick = 0; tick < fastest_s[i].size(); ++tick)
+            if (tick > touches.size() || (tick < touches.size() && touches[tick] != 0))  // not the circle's first one
+                all[tick < touches.size() ? "contact" : "above"][touched[i].first].push_back(fastest_s[i][tick]);
     return all;
 }
 
