@@ -82,7 +82,7 @@ public:
                     result_.left_out.push_back({mesh.name + ", " + name, reason});
             }
         }
-        if (tallies == 0) throw Error("no mesh to stroke: give scenes, meshes or folders of them");
+        if (tallies == 0) throw Error("no mesh to stroke: " + why_none());
         each_ = std::max<std::size_t>(1, options_.strokes / tallies);
         all_ = each_ * tallies;
         progress_.stage("strokes");
@@ -92,6 +92,11 @@ public:
     }
 
 private:
+    std::string why_none() const {
+        std::string why;
+        for (const LeftOut& left_out : result_.left_out) why += fmt::format("; {}: {}", left_out.name, left_out.why);
+        return why.empty() ? "give scenes, meshes or folders of them" : "all are left out" + why;
+    }
     /// By what a mesh is not touched, and why; empty where it is.
     LeftOut refusal(const StrokedMesh& mesh, const TouchMode& mode) const {
         const bool is_mask = mode.force == ForceLaw::kPressureMask;

@@ -9,6 +9,7 @@
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/strokes/report.hpp"
+#include "tests/error_of.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace haptable::test {
@@ -106,6 +107,8 @@ TEST(Campaign, TellsWhichMeshesItLeavesOutAndWhy) {
     EXPECT_EQ(why.count("c"), 1U);
     EXPECT_NE(why["torus"].find("more than 200 (--most-nodes)"), std::string::npos) << why["torus"];
     EXPECT_EQ(result.results.size(), 1U);
+    options.most_nodes = 4;  // then nothing is left
+    EXPECT_NE(error_of([&] { run(options); }).find("more than 4 (--most-nodes)"), std::string::npos);
 }
 
 TEST(Campaign, TouchesNoLargeMeshByMasks) {
