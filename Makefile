@@ -168,7 +168,7 @@ touch: $(BUILD)/bin/haptable-precompute $(BUILD)/bin/haptable-view $(PAGE_PARTS)
 
 # test: install what is missing, build and run every test but those of packages and of several machines
 .PHONY: test
-test: $(MODULES) $(BUILD)/tests/unit $(BUILD)/bin/haptable-keys all $(PAGE_PARTS) library $(addprefix $(BUILD)/bin/haptable-,contact $(addprefix bench-,ticks target devices inversion realtime)) $(BUILD)/setup-package.stamp $(BUILD)/setup-lab.stamp
+test: $(MODULES) $(BUILD)/tests/unit $(BUILD)/bin/haptable-keys all $(PAGE_PARTS) library $(addprefix $(BUILD)/bin/haptable-,contact $(addprefix bench-,ticks devices inversion realtime)) $(BUILD)/setup-package.stamp $(BUILD)/setup-lab.stamp
 	@$(MAKE) --no-print-directory $(BUILD)/lab/site/ready || echo "no packages of PyPI: the tests beside scikit-fem skip"
 	@$(MAKE) --no-print-directory test-fuzz images test-python
 	@BUILD=$(BUILD) sh scripts/test.sh
@@ -309,7 +309,7 @@ bench: $(addprefix $(BUILD)/bin/,haptable-bench haptable-bench-devices haptable-
 
 # What `make bench` counts on the microcontrollers' images, and how the inversion grows.
 .PHONY: bench-programs bench-target
-bench-programs: $(addprefix $(BUILD)/bin/,haptable-bench-inversion haptable-bench-target haptable-count) $(PAGE_PARTS) library $(BUILD)/setup-lab.stamp
+bench-programs: $(addprefix $(BUILD)/bin/,haptable-bench-inversion haptable-count) $(PAGE_PARTS) library $(BUILD)/setup-lab.stamp
 bench-target: bench-programs
 	@$(MAKE) --no-print-directory images
 	$(call bench_step,60,instructions and bytes on the microcontrollers)
@@ -543,9 +543,6 @@ $(BUILD)/bin/haptable-contact: $(BUILD)/host/bench/contact/main.cpp.o $(BUILD)/h
 	$(link) $(LIBS_BASE)
 
 $(BUILD)/bin/haptable-bench-ticks: $(BUILD)/host/bench/ticks/main.cpp.o $(BUILD)/host/bench/subject.cpp.o $(CODEGEN)
-	$(link) $(LIBS_BASE)
-
-$(BUILD)/bin/haptable-bench-target: $(BUILD)/host/bench/target/main.cpp.o $(TARGETED)
 	$(link) $(LIBS_BASE)
 
 $(BUILD)/bin/haptable-strokes: $(BUILD)/host/strokes/main.cpp.o $(STROKES)

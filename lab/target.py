@@ -27,9 +27,9 @@ BODIES = {"cube": ("cube", 0.012), "mouse": ("mouse", 0.006), "needle": ("hard/n
           "torus": ("hard/torus", 0.010)}
 
 
-def count_ticks(build: Path, folder: Path, *options: str) -> Any:
-    """What haptable-bench-target tells of a folder."""
-    return told(build / "bin/haptable-bench-target", folder, "--build", build, *options)
+def count_ticks(build: Path, folder: Path, *options: str, path: str = "hard") -> Any:
+    """What haptable-count tells of a folder's ticks."""
+    return told(build / "bin/haptable-count", folder, "--build", build, "--path", path, *options)
 
 
 def quantile(values: Sequence[int], fraction: float) -> int:
@@ -185,7 +185,7 @@ def bodies(build: Path) -> Topics:
                               ("a jelly, {} modes", "ringing", "knock"),
                               ("the same, two fingers", "squeezed", "squeeze"),
                               ("the same, two fingers, that nothing holds", "wobbling", "grasp")):
-        found = {one["target"]: one for one in count_ticks(build, build / scene, "--path", path)}
+        found = {one["target"]: one for one in count_ticks(build, build / scene, path=path)}
         on = {target: Ticks().add(found[target], False) for target in TARGETS}
         bound, worst = found["cortex-m7"]["bound"], max(max(t.all) for t in on.values())
         for t in on.values():
@@ -286,7 +286,7 @@ def cost_of(body: str, what: str, change: Change, build: Path) -> tuple[list[Any
     folder = build / f"named/{body}"
     summary = scenes.precompute(scene, folder, build, "--threads", "1")
     tables, linked = sum(summary["flash"]["table"].values()), count_ticks(build, folder, "--link")
-    one = count_ticks(build, folder, "--path", "strokes", "--strokes", "100", "--target", "cortex-m7")[0]
+    one = count_ticks(build, folder, "--strokes", "100", "--target", "cortex-m7", path="strokes")[0]
     touching = sorted(n for n, (state,) in zip(one["instructions"], one["states"]) if state in (_CONTACT, _LIMITED))
     if not touching:
         raise LabError(f"{body}: {what}: the laboratory's finger touched nothing: no instructions were counted")

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// haptable-count: how many instructions a tick takes on each target, as JSON, of which lab/programs.py makes tables.
+// haptable-count: how many instructions a tick takes on each target, by what it does; or those of every tick, with its
+// bound; or what a scene's servo takes of a microcontroller: as JSON, of which lab/programs.py and lab/target.py make
+// tables.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -11,15 +13,46 @@
 #include "host/base/program.hpp"
 #include "host/target/counts.hpp"
 #include "host/target/cycles.hpp"
+#include "host/target/linked.hpp"
+#include "host/target/modes.hpp"
 #include "host/target/strokes.hpp"
 
 namespace haptable {
 
 namespace {
 
+namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
 constexpr int kStrokes = 250;  // 10,000 ticks
+
+struct Options {
+    std::vector<fs::path> folders;
+    fs::path build = "build";
+    std::vector<std::string> targets{kTargets.begin(), kTargets.end()};
+    std::string path;
+    int strokes = 200;
+    bool every_mode = false, two = false, link = false;
+};
+
+/// The scene without the device's limits: the body's own force, at any jump.
+SceneFiles unlimited(const fs::path& folder) {
+    SceneFiles files = read_scene_files(TablesFolder(folder));
+    files.tables.limits = {};
+    return files;
+}
+
+TargetImage image_of(const fs::path& build, const std::string& scene, const std::string& target) {
+    TargetImage image(build, scene, target);
+    if (const std::string missing = image.missing(); !missing.empty()) throw Error(missing);
+    return image;
+}
+
+TargetImage own_image(const fs::path& folder, const std::string& target) {
+    return image_of(folder.parent_path(), folder.filename(), target);
+}
+
+// ---- by what a tick does --------------------------------------------------------------------------------------------
 
 /// The sliding ticks with the median and the greatest count.
 std::pair<std::size_t, std::size_t> median_and_worst(const std::vector<TargetTick>& ticks, std::size_t fingers,
@@ -57,13 +90,6 @@ TargetPath<6> strokes_of(const Tables& tables) {
     return of_two(stroke_path(tables, kStrokes), kStrokes);
 }
 
-/// The scene of a folder without the device's limits: the body's own force, at any jump.
-SceneFiles unlimited(const TablesFolder& folder) {
-    SceneFiles files = read_scene_files(folder);
-    files.tables.limits = {};
-    return files;
-}
-
 TargetScene measured(const LoadedScene& scene) {
     return {scene.model(), scene.pair(), scene.body(), scene.servo_modes()};
 }
@@ -77,9 +103,7 @@ ordered_json counts_of(const std::filesystem::path& folder) {
     const LoadedScene scene(unlimited(folder));
     ordered_json json{{"name", tables.name}};
     for (const char* target : kTargets) {
-        const TargetImage image(folder.parent_path(), folder.filename(), target);
-        const TargetImage measuring(folder.parent_path(), "cube", target);
-        if (const std::string missing = image.missing(); !missing.empty()) throw Error(missing);
+        const TargetImage image = own_image(folder, target), measuring(folder.parent_path(), "cube", target);
         const std::vector<TargetTick> ticks = image.replay(path_m);
         const TickCounts limited = count_ticks(path_m, ticks);
         ordered_json& of = json["targets"][target];
@@ -92,6 +116,98 @@ ordered_json counts_of(const std::filesystem::path& folder) {
     return json;
 }
 
+ordered_json counts_of_all(const std::vector<fs::path>& folders) {
+    ordered_json all = ordered_json::array();
+    for (const fs::path& folder : folders)
+        all.push_back(read_pair(folder) ? counts_of<6>(folder) : counts_of<3>(folder));
+    return all;
+}
+
+// ---- every tick -----------------------------------------------------------------------------------------------------
+
+ordered_json to_json(const std::vector<TargetTick>& ticks, std::size_t fingers) {
+    ordered_json instructions = ordered_json::array(), states = ordered_json::array();
+    for (const TargetTick& tick : ticks) {
+        instructions.push_back(tick.instructions);
+        ordered_json& state = states.emplace_back(ordered_json::array());
+        for (std::size_t f = 0; f < fingers; ++f) state.push_back(tick.finger[f].state);
+    }
+    return {{"instructions", instructions}, {"states", states}};
+}
+
+/// What the scene's contact chooses.
+Mode own_mode(const Tables& tables) {
+    return {tables.force, tables.god_object, tables.static_friction > 0.0 ? "friction" : ""};
+}
+
+/// The scene as one finger or two meet it on strokes, by the image that reads any scene.
+ordered_json count_strokes(const Options& o) {
+    const LoadedScene scene(unlimited(o.folders.front()));
+    const Tables& tables = scene.tables();
+    const std::uint64_t fan = most_patches_around_a_vertex(scene.model());
+    ordered_json counted = ordered_json::array();
+    for (const Mode& mode : o.every_mode ? every_mode() : std::vector{own_mode(tables)}) {
+        if (mode.force != tables.force) continue;
+        const haptable_model model = o.every_mode ? in_mode(scene.model(), mode) : scene.model();
+        for (const std::string& target : o.targets) {
+            const TargetImage image = image_of(o.build, "cube", target);
+            ordered_json& one =
+                counted.emplace_back(ordered_json{{"mode", mode.name()}, {"target", target}, {"fan", fan}});
+            if (o.two) {
+                if (scene.servo_pair() == nullptr)
+                    throw Error(o.folders.front().string() + ": its scene has one finger");
+                const haptable_pair_model pair = pair_in_memory(*scene.servo_pair(), tables, model);
+                one["bound"] = most_pair_cost(mode, fan);
+                one.update(to_json(image.measure({model, &pair}, hard_path_of_two(tables, o.strokes)), 2));
+            } else {
+                const auto path_m = o.path == "hard" ? hard_path(tables, o.strokes) : stroke_path(tables, o.strokes);
+                one["bound"] = most_cost(mode, fan);
+                one.update(to_json(image.measure({model}, path_m), 1));
+            }
+        }
+    }
+    return counted;
+}
+
+/// The most that a tick of the scene can cost, with all that moves.
+std::uint64_t bound_of(const LoadedScene& scene) {
+    const Mode mode = own_mode(scene.tables());
+    const std::uint64_t fan = most_patches_around_a_vertex(scene.model());
+    return most_moving_cost(scene, mode) + (scene.pair() != nullptr ? most_pair_cost(mode, fan) : most_cost(mode, fan));
+}
+
+template <std::size_t size>
+ordered_json replay(const Options& o, const TargetPath<size>& path_m) {
+    const LoadedScene scene{TablesFolder(o.folders.front())};
+    ordered_json counted = ordered_json::array();
+    for (const std::string& target : o.targets) {
+        const TargetImage image = own_image(o.folders.front(), target);
+        ordered_json& one = counted.emplace_back(ordered_json{{"target", target}, {"bound", bound_of(scene)}});
+        if (scene.body_modes() != nullptr) one["modes"] = scene.body_modes()->modes();
+        one.update(to_json(image.replay(path_m), size / 3));
+    }
+    return counted;
+}
+
+ordered_json count(const Options& o) {
+    if (o.path.empty()) return counts_of_all(o.folders);
+    if (o.path == "tip") return replay(o, tip_path());
+    if (o.path == "grasp") return replay(o, grasp_path());
+    if (o.path == "knock") return replay(o, knock_path());
+    if (o.path == "squeeze") return replay(o, squeeze_path());
+    if (o.path != "hard" && o.path != "strokes")
+        throw Error(o.path + ": is no path: hard, strokes, tip, grasp, knock, squeeze");
+    return count_strokes(o);
+}
+
+/// Bytes of the servo that is linked with what the scene's tables name.
+ordered_json link(const Options& o) {
+    const fs::path objects = o.build / "cube/firmware/cortex-m7";
+    if (const std::string missing = missing_for_link(objects); !missing.empty()) throw Error(missing);
+    const LinkedServo linked = link_servo(o.folders.front(), objects);
+    return {{"flash", linked.flash}, {"ram", linked.ram}, {"stack", stack_of(o.folders.front(), objects)}};
+}
+
 }  // namespace
 
 }  // namespace haptable
@@ -99,12 +215,19 @@ ordered_json counts_of(const std::filesystem::path& folder) {
 int main(int argc, char** argv) {
     using namespace haptable;
     CommandLine app("Counts the instructions of a servo's tick on emulated microcontrollers.", "haptable-count");
-    std::vector<std::string> folders;
-    app.option("DIR", folders, "folders of scenes: build/cube build/mouse").required();
+    Options o;
+    app.option("DIR", o.folders, "folders of scenes: build/cube build/mouse; of one with --path or --link").required();
+    app.option("--path", o.path,
+               "every tick on hard, strokes; or a session of the scene's own image: tip, grasp, knock, squeeze");
+    app.option("--build", o.build, "where the cube's images are").show_default();
+    app.option("--target", o.targets, "of these").delimiter(',').show_default();
+    app.option("--strokes", o.strokes, "of a path").range(1, 1000000).show_default();
+    app.flag("--every-mode", o.every_mode, "in every mode of the tables' force");
+    app.flag("--two", o.two, "two fingers, on paths of their own");
+    app.flag("--link", o.link, "the servo's bytes on a Cortex-M7 instead");
     return run_program(app, argc, argv, [&] {
-        nlohmann::ordered_json all = nlohmann::ordered_json::array();
-        for (const std::filesystem::path folder : folders)
-            all.push_back(read_pair(folder) ? counts_of<6>(folder) : counts_of<3>(folder));
-        fmt::print("{}\n", all.dump());
+        if ((o.link || !o.path.empty()) && o.folders.size() > 1)
+            throw Error("DIR: give one folder with --path or --link");
+        fmt::print("{}\n", (o.link ? link(o) : count(o)).dump());
     });
 }

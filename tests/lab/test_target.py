@@ -12,7 +12,7 @@ from lab.target import Ticks, in_time, parts_in_time, quantile
 
 
 def counted(*ticks):
-    """Of (instructions, state): what haptable-bench-target tells."""
+    """Of (instructions, state): what haptable-count tells."""
     return {"instructions": [n for n, _ in ticks], "states": [[state] for _, state in ticks]}
 
 
@@ -52,8 +52,8 @@ def test_every_variant_is_a_scene_that_the_product_reads(tmp_path, build):
 def test_the_images_tell_every_tick(build):
     if not (build / "cube/firmware/cortex-m7/measure.elf").exists() or shutil.which("qemu-system-arm") is None:
         pytest.skip("no images: make images")
-    if not (build / "bin/haptable-bench-target").exists():
-        pytest.skip("no haptable-bench-target: make build/bin/haptable-bench-target")
+    if not (build / "bin/haptable-count").exists():
+        pytest.skip("no haptable-count: make build/bin/haptable-count")
     one, two = (target.count_ticks(build, build / "cube", "--target", "cortex-m7", "--strokes", "5", *more)
                 for more in ((), ("--every-mode",)))
     assert len(one) == 1 and len(one[0]["instructions"]) == len(one[0]["states"]) == 100
@@ -64,10 +64,10 @@ def test_the_images_tell_every_tick(build):
 
 
 def test_what_is_no_path_is_an_error(build, capfd):
-    if not (build / "bin/haptable-bench-target").exists():
-        pytest.skip("no haptable-bench-target: make build/bin/haptable-bench-target")
+    if not (build / "bin/haptable-count").exists():
+        pytest.skip("no haptable-count: make build/bin/haptable-count")
     with pytest.raises(LabError, match="ended with status"):
-        target.count_ticks(build, build / "cube", "--path", "round")
+        target.count_ticks(build, build / "cube", path="round")
     assert "round: is no path: hard, strokes, tip" in capfd.readouterr().err
 
 
