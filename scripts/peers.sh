@@ -15,7 +15,7 @@ bring() { # NAME COMMIT, into DIR/NAME
 
 header() { # NAME: what its CMake makes of NAME.cmake where nothing optional is there
     mkdir -p "$DIR/include/$1"
-    sed -e 's|^#cmakedefine \(.*\)|/* #undef \1 */|' -e 's/\${[A-Z0-9]*_VERSION}/0/' \
+    sed -e 's|^#cmakedefine \(.*\)|/* #undef \1 */|' -e 's/\${[A-Z0-9_]*_VERSION}/0/' \
         "$DIR/$1/include/$1/$1.cmake" >"$DIR/include/$1/$1.h"
 }
 
