@@ -137,6 +137,17 @@ TEST_F(NamedByAScene, WhatIsNotNamedIsNotLinked) {
     const std::size_t ticks = sizeof(haptable_input) + sizeof(haptable_output) + 12;
     EXPECT_EQ(plain.ram, offsetof(haptable_servo, nearest_m2) + ticks) << "the caller's own";
     EXPECT_GT(plain.flash, bytes / 2 + 4000) << "it is the servo with its tables";
+    for (const char* name :
+         {"compliance_solve", "haptable_energy_consistent", "haptable_god_object_grab", "haptable_plausible_motion",
+          "haptable_limit_rate", "haptable_limit_mean", "haptable_resume_ramp", "haptable_check_crc"})
+        EXPECT_FALSE(plain.symbols.contains(name)) << name;
+    const LinkedServo limited = link([](Scene& s) {
+        s.device.limits.max_force_rate_n_per_s = 850.0;
+        s.device.limits.check = true;
+    });
+    EXPECT_TRUE(limited.symbols.contains("haptable_limit_rate") && limited.symbols.contains("haptable_check_crc"));
+    EXPECT_FALSE(limited.symbols.contains("haptable_limit_mean") ||
+                 limited.symbols.contains("haptable_plausible_motion"));
     for (const Feature& feature : kFeatures) {
         SCOPED_TRACE(feature.name);
         EXPECT_FALSE(plain.symbols.contains(feature.symbol));

@@ -16,7 +16,6 @@
 #include "host/target/strokes.hpp"
 #include "tests/bodies.hpp"
 #include "tests/finger.hpp"
-#include "tests/process.hpp"
 #include "tests/shapes.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tolerance.hpp"
@@ -458,51 +457,6 @@ TEST(Coupling, TheLimitFollowsTheScalesAndTheDelay) {
     EXPECT_GT(k.largest_n_per_m, k.stable_n_per_m) << "the test must need a coupling";
     EXPECT_WITHIN(k.felt_n_per_m / k.stable_n_per_m - 1.0, .count = 64, .epsilon = kFloat);
     EXPECT_WITHIN(std::abs(body.model().max_force_n - 8.5 / 8.0), .count = 4, .epsilon = kFloat, .size = 8.5 / 8.0);
-}
-
-/// Names that the linker keeps of the firmware and one model.
-std::string linked_names(const Tables& tables, const ServoModel& servo) {
-    const TemporaryFolder folder;
-    const ModelText text = model_text(tables, servo);
-    write_file(folder.path() / "model.h", text.header);
-    write_file(folder.path() / "model.c", text.source);
-    write_file(
-        folder.path() / "main.c",
-        "#include \"model.h\"\nint main(void) { struct haptable_servo s; struct haptable_output o; float x[3] = "
-        "{0, 0, 0}; haptable_servo_init(&s); haptable_servo_step(&HAPTABLE_MODEL, &s, x, 0, &o); return o.state; }\n");
-    const std::string path = folder.path().string();
-    const std::string command = "gcc -std=c99 -Os -ffunction-sections -fdata-sections -Wl,--gc-sections -Ifirmware " +
-                                path + "/main.c " + path + "/model.c firmware/*.c -o " + path + "/image && nm " + path +
-                                "/image >" + path + "/names";
-    EXPECT_EQ(run(command).status, 0);
-    return read_file(folder.path() / "names");
-}
-
-TEST(Modes, WhatNoModelNamesIsNotLinked) {
-    const ElasticBody paper(cube_scene(5, 0.3), ForceLaw::kInterpolated),
-        exact(cube_scene(5, 0.3), ForceLaw::kConsistent);
-    const std::string plain = linked_names(paper.tables(), paper.servo());
-    for (const char* name :
-         {"compliance_solve", "haptable_energy_consistent", "haptable_god_object_least_energy",
-          "haptable_force_consistent", "haptable_release_slew", "haptable_passivity_control",
-          "haptable_god_object_friction", "haptable_god_object_grab", "haptable_plausible_motion",
-          "haptable_limit_rate", "haptable_limit_mean", "haptable_resume_ramp", "haptable_check_crc"})
-        EXPECT_EQ(plain.find(name), std::string::npos) << name;
-    EXPECT_NE(plain.find("haptable_force_interpolated"), std::string::npos);
-    Tables tables = exact.tables();
-    tables.god_object = GodObject::kLeastEnergy;
-    tables.options.set("contact.release_slew", 0.1);
-    tables.max_force_n = 8.5;
-    tables.limits.max_force_rate_n_per_s = 850.0;
-    tables.limits.check = true;
-    const std::string other = linked_names(tables, exact.servo());
-    for (const char* name : {"haptable_energy_consistent", "haptable_god_object_least_energy", "haptable_release_slew",
-                             "haptable_limit_rate", "haptable_check_crc"})
-        EXPECT_NE(other.find(name), std::string::npos) << name;
-    for (const char* name :
-         {"haptable_force_interpolated", "haptable_force_consistent", "stiffness_n_per_m",
-          "haptable_god_object_friction", "haptable_plausible_motion", "haptable_limit_mean", "haptable_resume_ramp"})
-        EXPECT_EQ(other.find(name), std::string::npos) << name;
 }
 
 // Two models of different modes, step by step in one program, give what each gives alone.

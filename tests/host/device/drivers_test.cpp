@@ -472,7 +472,7 @@ TEST_F(Inverse3, GarbageIsCountedAndMovesNothing) {
     // Every kind of it, of which one is never a text.
     tick_until(*driver, [&](const Reading& reading) {
         EXPECT_EQ(reading.position_m, Vector3d(0.01, 0.02, 0.03));
-        return counter(*driver, "odd_readings") > 24;
+        return counter(*driver, "odd_readings") > 12;
     });
 }
 

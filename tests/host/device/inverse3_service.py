@@ -14,7 +14,7 @@ GARBAGE = ["", "{", "null", "[1, 2]", '{"inverse3": 5}', '{"inverse3": [{"device
            '{"inverse3": [{"device_id": "04BA", "state": {"cursor_position": {"x": "1", "y": 0, "z": 0}}}]}',
            '{"inverse3": [{"device_id": "other", "state": {"cursor_position": {"x": 9, "y": 9, "z": 9}}}]}',
            '{"inverse3": [{"device_id": "04BA", "state": {"cursor_position": {"x": 9, "y": 9, "z": 9}}}]}',
-           '{"inverse3": [{"device_id": "04BA"}]}', b"\x00\xff\xfe", "x" * 2_000_000]
+           '{"inverse3": [{"device_id": "04BA"}]}', b"\x00\xff\xfe", "x" * 1_100_000]
 
 
 def message(buttons, with_state=True):
