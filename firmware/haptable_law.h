@@ -42,7 +42,7 @@ struct haptable_pair_point {
 struct haptable_pair_slope {
     float y[2][3];     /* s_b - A_b v */
     float first_j[2];  /* s_b . v - 1/2 v . A_b v */
-    float second_j[3]; /* s_bc . v - 1/2 v . A_bc v: 11 12 22 */
+    float second_j[3]; /* s_bc . v - 1/2 v . A_bc v: 11 12 22; where is_whole */
     float a_v[2][3];   /* A_b v */
 };
 
@@ -53,7 +53,7 @@ typedef void haptable_pair_load_fn(const struct haptable_model* model, const str
 typedef void haptable_pair_open_fn(const struct haptable_model* model, const struct haptable_contact* contact,
                                    const float finger_m[3], struct haptable_pair_point* point);
 typedef void haptable_pair_slope_fn(const struct haptable_model* model, const struct haptable_contact* contact,
-                                    struct haptable_pair_point* point, const float v[3],
+                                    struct haptable_pair_point* point, const float v[3], int is_whole,
                                     struct haptable_pair_slope* slope);
 
 /* A force law of two fingers. */

@@ -109,6 +109,19 @@ static inline void mat_add(float w, const float x[9], float out[9]) {
     out[8] += w * x[8];
 }
 
+/* out += w X^T */
+static inline void mat_add_transposed(float w, const float x[9], float out[9]) {
+    out[0] += w * x[0];
+    out[1] += w * x[3];
+    out[2] += w * x[6];
+    out[3] += w * x[1];
+    out[4] += w * x[4];
+    out[5] += w * x[7];
+    out[6] += w * x[2];
+    out[7] += w * x[5];
+    out[8] += w * x[8];
+}
+
 /* out = w X */
 static inline void mat_scale(float w, const float x[9], float out[9]) {
     out[0] = w * x[0];

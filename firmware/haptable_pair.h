@@ -40,6 +40,9 @@ extern "C" {
 /* Ticks in a row of both that go by one curvature of their energy, the one that took it among them. */
 #define HAPTABLE_PAIR_REUSED 8
 
+/* Of the coupling in clusters: so often a tick that settles both together reads the blocks of two other patches. */
+#define HAPTABLE_PAIR_READS 1
+
 /* Looks of a tick from a place at another patch of its edge or vertex. */
 #define HAPTABLE_PAIR_LOOKS 28
 
@@ -131,7 +134,9 @@ haptable_span_fn haptable_span_of_pair; /* of a struct haptable_pair_model: HAPT
 
 /* What couples the controls of two patches: while the fingers stay on them it is read once. */
 struct haptable_pair_net {
-    uint16_t patch[HAPTABLE_FINGERS]; /* first one HAPTABLE_NONE: none */
+    uint16_t patch[HAPTABLE_FINGERS]; /* which was asked for last; first one HAPTABLE_NONE: none */
+    uint8_t is_read;                  /* 0: in clusters, one answer took a row of blocks, as the fingers may go on */
+    uint8_t reads;                    /* of the tick's settling: at most HAPTABLE_PAIR_READS */
     float block[HAPTABLE_PAIR_CONTROLS * HAPTABLE_PAIR_CONTROLS][9];
 };
 

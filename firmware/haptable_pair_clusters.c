@@ -88,24 +88,29 @@ static void scale_loads(const float weight[], struct loaded* from) {
     }
 }
 
-/* The next clusters, from place j on. Returns the place that follows them. */
+/* The next clusters that are loaded, from place j on. Returns the place that follows them. */
 static int project(struct loaded* from, int j) {
     const struct haptable_pair_model* tables = from->tables;
     int r;
-    for (from->runs = 0; from->runs < RUNS && j < from->of->count; ++from->runs) {
+    from->runs = 0;
+    while (from->runs < RUNS && j < from->of->count) {
         struct run* run = &from->run[from->runs];
+        int loads = 0;
         run->cluster = cluster_of(from->of->place[j]);
         run->begin = j;
         run->end = end_of_run(from->of, j);
         for (r = 0; r < tables->rank; ++r) vec_zero(run->z[r]);
         for (; j < run->end; ++j) {
             const int16_t(*u)[3] = &tables->basis[(size_t)from->of->place[j] * tables->rank];
+            if (from->v[j] == 0.0f) continue;
+            loads = 1;
             for (r = 0; r < tables->rank; ++r) {
                 run->z[r][0] += from->v[j] * (float)u[r][0];
                 run->z[r][1] += from->v[j] * (float)u[r][1];
                 run->z[r][2] += from->v[j] * (float)u[r][2];
             }
         }
+        from->runs += loads;
     }
     return j;
 }
@@ -135,16 +140,17 @@ static void add_dense(const struct loaded* from, const struct run* run, const st
     const size_t bytes = is_twice ? 18u : 9u;
     int i;
     int j;
-    for (i = 0; i < places; ++i)
-        for (j = run->begin; j < run->end; ++j) {
+    for (j = run->begin; j < run->end; ++j) {
+        const size_t l = from->of->place[j] % HAPTABLE_PAIR_CLUSTER;
+        const float w = from->v[j] * core->step;
+        if (w == 0.0f) continue;
+        for (i = 0; i < places; ++i) {
             const size_t k = place[i] % HAPTABLE_PAIR_CLUSTER;
-            const size_t l = from->of->place[j] % HAPTABLE_PAIR_CLUSTER;
             const int8_t* steps = core->first + bytes * (core->row * k + core->column * l);
-            const float w = from->v[j] * core->step;
-            if (w == 0.0f) continue;
             add_steps(w, steps, core->is_transposed, y[i]);
             if (is_twice) add_steps(w * (1.0f / 254.0f), steps + 9, core->is_transposed, y[i]);
         }
+    }
 }
 
 /* t += step core z */
@@ -229,8 +235,10 @@ static void couple(const struct haptable_pair_model* tables, const struct loads*
             end = end_of_run(at, begin);
             respond(&from, &at->place[begin], end - begin, y);
             for (i = begin; i < end; ++i)
-                for (k = 0; k < count; ++k)
-                    mat_add(tables->scale[at->place[i]] * share_of(at, i, k), y[i - begin], x[k * next]);
+                for (k = 0; k < count; ++k) {
+                    const float w = tables->scale[at->place[i]] * share_of(at, i, k);
+                    if (w != 0.0f) mat_add(w, y[i - begin], x[k * next]);
+                }
         }
     }
 }

@@ -5,14 +5,14 @@
 #include "haptable_polynomial.h"
 
 static inline void slope_of(const struct haptable_model* model, int degree, const struct haptable_contact* contact,
-                            struct haptable_pair_point* point, const float v[3], struct haptable_pair_slope* slope) {
+                            struct haptable_pair_point* point, const float v[3], int is_whole,
+                            struct haptable_pair_slope* slope) {
     const float by[3] = {v[0], v[1], v[2]}; /* apart from what is written */
     float first_m[2][3];
     float second_j[3];
     int b;
     vary(degree, point->linear, by, point->lifted, first_m);
     if (point->lifted) vary_fraction(model, contact->patch, by, first_m);
-    bend_net(point->net.block, degree, by, point->lifted, second_j);
     for (b = 0; b < 2; ++b) {
         const float* e = point->e[b];
         const float* a_v = first_m[b];
@@ -22,18 +22,21 @@ static inline void slope_of(const struct haptable_model* model, int degree, cons
         slope->y[b][2] = -e[2] - a_v[2];
         vec_copy(a_v, slope->a_v[b]);
     }
+    if (!is_whole) return;
+    bend_net(point->net.block, degree, by, point->lifted, second_j);
     for (b = 0; b < 3; ++b) slope->second_j[b] = -0.5f * second_j[b];
 }
 
 void haptable_pair_slope_consistent(const struct haptable_model* model, const struct haptable_contact* contact,
-                                    struct haptable_pair_point* point, const float v[3],
+                                    struct haptable_pair_point* point, const float v[3], int is_whole,
                                     struct haptable_pair_slope* slope) {
-    slope_of(model, 2, contact, point, v, slope);
+    slope_of(model, 2, contact, point, v, is_whole, slope);
 }
 
 void haptable_pair_slope_mask(const struct haptable_model* model, const struct haptable_contact* contact,
-                              struct haptable_pair_point* point, const float v[3], struct haptable_pair_slope* slope) {
-    slope_of(model, 4, contact, point, v, slope);
+                              struct haptable_pair_point* point, const float v[3], int is_whole,
+                              struct haptable_pair_slope* slope) {
+    slope_of(model, 4, contact, point, v, is_whole, slope);
 }
 
 void haptable_pair_load_of_compliance(const struct haptable_model* model, const struct haptable_contact* contact,

@@ -4,23 +4,13 @@
  */
 #include "haptable_pair_terms.h"
 
-static void clear_block(float x[9]) {
-    vec_zero(&x[0]);
-    vec_zero(&x[3]);
-    vec_zero(&x[6]);
-}
-
 /* x += w C_kl */
-static void add_block(const float (*all)[9], uint32_t k, uint32_t l, float w, float x[9]) {
+static inline void add_block(const float (*all)[9], uint32_t k, uint32_t l, float w, float x[9]) {
     if (k == HAPTABLE_NONE || l == HAPTABLE_NONE) return;
-    if (k >= l) {
+    if (k >= l)
         mat_add(w, all[k * (k + 1u) / 2u + l], x);
-    } else {
-        float block[9];
-        mat_copy(all[l * (l + 1u) / 2u + k], block);
-        mat_transpose(block);
-        mat_add(w, block, x);
-    }
+    else
+        mat_add_transposed(w, all[l * (l + 1u) / 2u + k], x);
 }
 
 void haptable_pair_cross_exact(const struct haptable_pair_view* view, uint16_t patch, float (*x)[9]) {
@@ -31,9 +21,10 @@ void haptable_pair_cross_exact(const struct haptable_pair_view* view, uint16_t p
     haptable_pair_controls(view->tables, patch, control[0]);
     haptable_pair_controls(view->tables, view->place.patch, control[1]);
     for (i = 0; i < count; ++i) {
-        clear_block(x[i]);
+        float sum[9] = {0.0f}; /* in registers */
         for (j = 0; j < count; ++j)
-            add_block(view->tables->block, control[0][i], control[1][j], view->place.weight[j], x[i]);
+            add_block(view->tables->block, control[0][i], control[1][j], view->place.weight[j], sum);
+        mat_copy(sum, x[i]);
     }
 }
 
@@ -47,7 +38,8 @@ void haptable_pair_blocks_exact(const struct haptable_pair_model* tables, uint16
     haptable_pair_controls(tables, second, control[1]);
     for (i = 0; i < count; ++i)
         for (j = 0; j < count; ++j, ++block) {
-            clear_block(*block);
-            add_block(tables->block, control[0][i], control[1][j], 1.0f, *block);
+            float one[9] = {0.0f};
+            add_block(tables->block, control[0][i], control[1][j], 1.0f, one);
+            mat_copy(one, *block);
         }
 }

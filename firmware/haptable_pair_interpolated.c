@@ -72,7 +72,8 @@ static void open_at(const struct haptable_model* model, const struct haptable_co
 
 /* s_b = S_b u - S e_b, s_bc = -S_b e_c - S_c e_b */
 static void slope_at(const struct haptable_model* model, const struct haptable_contact* contact,
-                     struct haptable_pair_point* point, const float v[3], struct haptable_pair_slope* slope) {
+                     struct haptable_pair_point* point, const float v[3], int is_whole,
+                     struct haptable_pair_slope* slope) {
     const float* zero = point->net.block[0];
     float(*e)[3] = point->e;
     float by[3]; /* apart from what is written */
@@ -97,6 +98,7 @@ static void slope_at(const struct haptable_model* model, const struct haptable_c
         vec_copy(y, slope->y[b]);
         vec_copy(s_v, slope->a_v[b]);
     }
+    if (!is_whole) return;
     slope->second_j[0] = -2.0f * vec_dot(slope->a_v[0], e[0]);
     slope->second_j[1] = -vec_dot(slope->a_v[0], e[1]) - vec_dot(slope->a_v[1], e[0]);
     slope->second_j[2] = -2.0f * vec_dot(slope->a_v[1], e[1]);

@@ -273,6 +273,7 @@ void haptable_pair_init(const struct haptable_pair_model* tables, struct haptabl
         view->rows[0].patch = view->rows[1].patch = HAPTABLE_NONE;
         pair->touches[finger] = 0;
         pair->net.patch[finger] = HAPTABLE_NONE;
+        pair->net.is_read = 0;
     }
     pair->is_following = 0;
     pair->evaluations = 0;
@@ -381,6 +382,7 @@ static void step(const struct haptable_pair_model* tables, struct haptable_pair*
     int goes_on[HAPTABLE_FINGERS];
     int f;
     pair->evaluations = 0;
+    pair->net.reads = 0;
     pair->looks = 0;
     for (f = 0; f < HAPTABLE_FINGERS; ++f) {
         vec_zero(motion_m[f]);

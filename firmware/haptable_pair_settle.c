@@ -170,11 +170,16 @@ static void solve(const struct place place[HAPTABLE_FINGERS], float (*h)[COORDIN
 
 /* ---- an evaluation ---------------------------------------------------------------------------------------------- */
 
-/* v of both, and the energy, of places whose own terms are known. Returns 0 where N is lifted. */
+/* v of both, and the energy, of places whose own terms are known. Returns 0 where N is lifted, or the tick has read all
+ * blocks that it may. */
 static int solve_places(struct both* both) {
     struct haptable_pair* pair = both->pair;
     struct place* here = both->place;
     int f;
+    if (pair_is_dear(both->tables, &pair->net, here[0].at.patch, here[1].at.patch) &&
+        pair->net.reads++ >= HAPTABLE_PAIR_READS)
+        return 0;
+    haptable_pair_read(both->tables, &pair->net, here[0].at.patch, here[1].at.patch);
     for (f = 0; f < HAPTABLE_FINGERS; ++f) haptable_pair_tell(&pair->view[f], &here[1 - f].at, &here[1 - f].point.own);
     haptable_pair_put_rows(both->tables, pair, 0, here[0].at.patch);
     for (f = 0; f < HAPTABLE_FINGERS; ++f)
@@ -485,7 +490,7 @@ static int evaluate(struct both* both, float most_j) {
     if (!solve_places(both)) return -1;
     for (f = 0; f < HAPTABLE_FINGERS; ++f) {
         struct place* here = &both->place[f];
-        tables->bend->slope(tables->model, &here->at, &here->point, both->system.v[f], &here->slope);
+        tables->bend->slope(tables->model, &here->at, &here->point, both->system.v[f], 1, &here->slope);
     }
     put_mixed(both, mixed_j);
     if (both->is_foreseen && !(both->place[0].link.near > 0.0f)) {

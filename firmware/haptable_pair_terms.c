@@ -67,13 +67,13 @@ void haptable_pair_tell(struct haptable_pair_view* view, const struct haptable_c
     view->share = 1.0f;
 }
 
-const struct haptable_pair_net* haptable_pair_net_of(const struct haptable_pair_model* tables,
-                                                     struct haptable_pair_net* net, uint16_t first, uint16_t second) {
-    if (net->patch[0] == first && net->patch[1] == second) return net;
+void haptable_pair_read(const struct haptable_pair_model* tables, struct haptable_pair_net* net, uint16_t first,
+                        uint16_t second) {
+    if (net->is_read && net->patch[0] == first && net->patch[1] == second) return;
     net->patch[0] = first;
     net->patch[1] = second;
+    net->is_read = 1;
     tables->blocks(tables, first, second, net->block);
-    return net;
 }
 
 /* Of the first finger from blocks in rows of so many, of the second from their columns. */
@@ -92,11 +92,15 @@ static inline void sum_others(int count, int finger, const float weight[], const
 void haptable_pair_put_rows(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
                             uint16_t patch) {
     struct haptable_pair_view* view = &pair->view[finger];
-    const uint16_t other = view->place.patch;
-    const struct haptable_pair_net* net =
-        haptable_pair_net_of(tables, &pair->net, finger == 0 ? patch : other, finger == 0 ? other : patch);
-    const float(*block)[9] = (const float(*)[9])net->block;
+    const uint16_t first = finger == 0 ? patch : view->place.patch;
+    const uint16_t second = finger == 0 ? view->place.patch : patch;
+    const float(*block)[9] = (const float(*)[9])pair->net.block;
     view->rows[0].patch = patch;
+    if (pair_is_dear(tables, &pair->net, first, second)) {
+        tables->cross(view, patch, view->rows[0].x);
+        return;
+    }
+    haptable_pair_read(tables, &pair->net, first, second);
     if (pair_count(tables->law) == 3)
         sum_others(3, finger, view->place.weight, block, view->rows[0].x);
     else
@@ -174,8 +178,17 @@ static inline void sum_rows(int count, const float first[], const float second[]
 void haptable_pair_cross_of_both(const struct haptable_pair_model* tables, struct haptable_pair* pair,
                                  const struct haptable_contact* first, float x[9]) {
     const struct haptable_pair_view* view = &pair->view[0];
-    const struct haptable_pair_net* net = haptable_pair_net_of(tables, &pair->net, first->patch, view->place.patch);
+    const uint16_t second = view->place.patch;
+    struct haptable_pair_net* net = &pair->net;
     struct pair_link link;
+    if (pair_is_dear(tables, net, first->patch, second) && (net->patch[0] != first->patch || net->patch[1] != second)) {
+        net->patch[0] = first->patch;
+        net->patch[1] = second;
+        net->is_read = 0;
+        haptable_pair_cross(view, first, x);
+        return;
+    }
+    haptable_pair_read(tables, net, first->patch, second);
     haptable_pair_link(view, first, 0, 0, &link);
     if (pair_count(link.law) == 3)
         sum_rows(3, link.weight, view->place.weight, (const float(*)[9])net->block, x);
@@ -302,13 +315,23 @@ static inline void put_other(const struct haptable_pair_view* view, const float 
     vec_symmetric_product(view->m, pressed, other);
 }
 
+static inline float take_definite(const struct haptable_pair_view* view, const struct haptable_pair_own* own,
+                                  float x[9], float xm[9], float n[6]) {
+    sym_reduce(own->a, x, view->m, xm, n);
+    if (sym_third_of_trace(n) > 3.0f * LEAST_OWN * sym_third_of_trace(own->a)) return 1.0f;
+    return keep_definite(own->a, view->m, x, xm, n);
+}
+
+float haptable_pair_share(const struct haptable_pair_view* view, const struct haptable_pair_own* own, float x[9]) {
+    float xm[9];
+    float n[6];
+    return take_definite(view, own, x, xm, n);
+}
+
 float haptable_pair_solve(const struct haptable_pair_view* view, const struct haptable_pair_own* own, float x[9],
                           struct pair_system* system) {
-    float share = 1.0f;
     float n[6];
-    sym_reduce(own->a, x, view->m, system->xm, n);
-    if (!(sym_third_of_trace(n) > 3.0f * LEAST_OWN * sym_third_of_trace(own->a)))
-        share = keep_definite(own->a, view->m, x, system->xm, n);
+    const float share = take_definite(view, own, x, system->xm, n);
     mat_product(x, view->alone, system->t);
     vec_sub(own->s, system->t, system->t);
     system->n = sym_factor(n);
@@ -457,7 +480,7 @@ static void put_energy(const struct haptable_pair_view* view, const struct hapta
         if (terms == HAPTABLE_ENERGY_LOAD) return;
     }
     if (view->share < 1.0f) take_share(view->share, &link);
-    tables->bend->slope(tables->model, contact, &point, system.v[0], &slope);
+    tables->bend->slope(tables->model, contact, &point, system.v[0], terms == HAPTABLE_ENERGY_ALL, &slope);
     if (terms == HAPTABLE_ENERGY_ALL) {
         haptable_pair_vary(&link, system.v[0], system.v[1], &slope, &varied);
         put_gauss_newton(view, &system, &slope, &varied, energy->gauss_newton_j);

@@ -64,10 +64,17 @@ void haptable_pair_tell(struct haptable_pair_view* view, const struct haptable_c
                         const struct haptable_pair_own* own);
 
 /* The blocks between two patches: read where one of them is another one than before. */
-const struct haptable_pair_net* haptable_pair_net_of(const struct haptable_pair_model* tables,
-                                                     struct haptable_pair_net* net, uint16_t first, uint16_t second);
+void haptable_pair_read(const struct haptable_pair_model* tables, struct haptable_pair_net* net, uint16_t first,
+                        uint16_t second);
 
-/* What couples a finger's patch to the other's place, from the blocks of both patches. before: haptable_pair_tell. */
+/* 1 where reading the blocks of two patches takes many times as long as a place's rows, and they are not read. */
+static inline int pair_is_dear(const struct haptable_pair_model* tables, const struct haptable_pair_net* net,
+                               uint16_t first, uint16_t second) {
+    return tables->place_count > 0 && !(net->is_read && net->patch[0] == first && net->patch[1] == second);
+}
+
+/* What couples a finger's patch to the other's place, from the blocks of both patches where these are not dear. before:
+ * haptable_pair_tell. */
 void haptable_pair_put_rows(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger,
                             uint16_t patch);
 
@@ -135,7 +142,10 @@ struct pair_system {
     float v[HAPTABLE_FINGERS][3];
 };
 
-/* Both v. Returns the share of X that keeps N definite, 1 or less; X becomes that. */
+/* Returns the share of X that keeps N definite, 1 or less; X becomes that. */
+float haptable_pair_share(const struct haptable_pair_view* view, const struct haptable_pair_own* own, float x[9]);
+
+/* Both v, by that share. */
 float haptable_pair_solve(const struct haptable_pair_view* view, const struct haptable_pair_own* own, float x[9],
                           struct pair_system* system);
 

@@ -74,11 +74,10 @@ static unsigned rows_of_both(const struct haptable_pair_model* tables, struct ha
         }
     }
     if (presses == 3u) {
-        struct pair_system system;
         float x[9];
         haptable_pair_tell(&pair->view[0], at[1], &own[1]);
         haptable_pair_cross_of_both(tables, pair, at[0], x);
-        (void)haptable_pair_solve(&pair->view[0], &own[0], x, &system); /* for the share of X */
+        (void)haptable_pair_share(&pair->view[0], &own[0], x);
         put_cross(tables->law, c, x, growth[0] * growth[1], a);
     }
     for (f = 0; f < HAPTABLE_FINGERS; ++f)
