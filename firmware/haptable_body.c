@@ -26,6 +26,7 @@ struct system {
     float b[6];
     float before[6]; /* V */
     int is_turned;   /* 1: suspension or floor may act on it */
+    int is_bent;     /* 1: the suspension turns it back */
 };
 
 /* The frame of a tick: rows are world axes in body axes. */
@@ -78,14 +79,6 @@ static void middle_turn(const float q[4], const float spin[3], float middle[4]) 
     scale = 1.0f / (1.0f + vec_dot(half_way, half_way));
     quaternion_product(q, 1.0f, half_way, middle);
     for (i = 0; i < 4; ++i) middle[i] *= scale;
-}
-
-/* sum += part, with what the sum does not hold kept in low. */
-static void add_whole(float part, float* sum, float* low) {
-    const float corrected = part - *low;
-    const float next = *sum + corrected;
-    *low = (next - *sum) - corrected;
-    *sum = next;
 }
 
 static void add_whole_vector(const float part[3], float sum[3], float low[3]) {
@@ -154,13 +147,20 @@ static void factorize(struct system* s) {
 static void solve(const struct system* s, const float b[6], float x[6]) {
     int i;
     int k;
+    HAPTABLE_UNROLLED_SIX
     for (i = 0; i < 6; ++i) {
-        x[i] = b[i];
-        for (k = 0; k < i; ++k) x[i] -= s->a[i][k] * x[k];
+        float sum = b[i];
+        HAPTABLE_UNROLLED_SIX
+        for (k = 0; k < i; ++k) sum -= s->a[i][k] * x[k];
+        x[i] = sum;
     }
-    for (i = 0; i < 6; ++i) x[i] *= s->a[i][i];
-    for (i = 5; i >= 0; --i)
-        for (k = i + 1; k < 6; ++k) x[i] -= s->a[k][i] * x[k];
+    HAPTABLE_UNROLLED_SIX
+    for (i = 5; i >= 0; --i) {
+        float sum = x[i] * s->a[i][i];
+        HAPTABLE_UNROLLED_SIX
+        for (k = i + 1; k < 6; ++k) sum -= s->a[k][i] * x[k];
+        x[i] = sum;
+    }
 }
 
 /* ---- what acts on the body ------------------------------------------------------------------------------------ */
@@ -447,9 +447,8 @@ static void turn_momentum(const struct haptable_body* body, const float spin[3],
     vec_symmetric_product(body->inertia_kg_m2, spin, momentum);
     turn_back(a, momentum, bent);
     turn_half(a, -1.0f, moment, half);
-    bent[0] = bent[0] * (1.0f / DT) + half[0];
-    bent[1] = bent[1] * (1.0f / DT) + half[1];
-    bent[2] = bent[2] * (1.0f / DT) + half[2];
+    vec_scale(1.0f / DT, bent);
+    vec_add(bent, half, bent);
 }
 
 static int are_equal(const float a[3], const float b[3]) { return a[0] == b[0] && a[1] == b[1] && a[2] == b[2]; }
@@ -470,7 +469,7 @@ static void find_middle(const struct haptable_body* body, const float q[4], cons
         vec_copy(motion + 3, spin);
         vec_copy(moment, was);
         for (i = 0; i < 6; ++i) b[i] = s->b[i];
-        bend(body, q, motion, s->before, b);
+        if (s->is_bent) bend(body, q, motion, s->before, b);
         turn_momentum(body, s->before + 3, motion + 3, moment, bent);
         vec_add_scaled(1.0f, bent, b + 3);
         solve(s, b, change);
@@ -524,7 +523,7 @@ static void push(const struct haptable_body* body, const struct frame* f, const 
         turn_half(a, 1.0f, moment, along);
         vec_add_scaled(1.0f, moment, along);
         to_world(f, along, weight);
-        for (i = 0; i < 3; ++i) weight[i] *= DT;
+        vec_scale(DT, weight);
         add_whole_vector(weight, state->momentum_n_m_s, state->momentum_low_n_m_s);
     }
     for (i = 0; i < 3; ++i)
@@ -586,7 +585,7 @@ void haptable_body_kick(const struct haptable_body* body, struct haptable_body_s
     vec_sub(at_m, body->centre_m, along);
     to_world(&f, along, arm);
     vec_cross(arm, force_n, part);
-    for (i = 0; i < 3; ++i) part[i] *= DT;
+    vec_scale(DT, part);
     add_whole_vector(part, state->momentum_n_m_s, state->momentum_low_n_m_s);
     for (i = 0; i < 3; ++i) part[i] = force_n[i] * (DT / body->mass_kg);
     add_whole_vector(part, state->velocity_m_per_s, state->velocity_low_m_per_s);
@@ -603,9 +602,7 @@ void haptable_body_give(const struct haptable_body* body, const float at_m[3], c
     solve_inertia(body, moment, spin);
     vec_cross(spin, arm, moved_m);
     vec_add_scaled(1.0f / body->mass_kg, force_n, moved_m);
-    moved_m[0] *= DT * DT;
-    moved_m[1] *= DT * DT;
-    moved_m[2] *= DT * DT;
+    vec_scale(DT * DT, moved_m);
 }
 
 /* 1 where anything but weight may act on the body. */
@@ -626,7 +623,7 @@ static int is_carried(const struct haptable_body* body, const struct touch touch
 }
 
 void haptable_body_move(const struct haptable_body* body, struct haptable_body_state* state) {
-    struct system s = {{{0.0f}}, {0.0f}, {0.0f}, 0};
+    struct system s = {{{0.0f}}, {0.0f}, {0.0f}, 0, 0};
     struct touch touch[HAPTABLE_BODY_POINTS];
     const struct frame f = frame_of(state->turn);
     const struct floor_axes floor = floor_axes_of(body, &f);
@@ -639,6 +636,7 @@ void haptable_body_move(const struct haptable_body* body, struct haptable_body_s
     vec_copy(state->spin_rad_per_s, s.before + 3);
     for (i = 0; i < 6; ++i) motion[i] = s.before[i];
     s.is_turned = is_suspended(body) || body->point_count != 0;
+    s.is_bent = body->turn_stiffness_n_m[0] + body->turn_stiffness_n_m[1] + body->turn_stiffness_n_m[2] > 0.0f;
     add_body(body, state, &f, &s);
     if (body->point_count != 0) {
         add_touches(body, state, &floor, motion, &s, touch);

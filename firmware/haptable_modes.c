@@ -9,17 +9,9 @@
  */
 #include "haptable_modes.h"
 
-#include "haptable_vector.h"
+#include "haptable_matrix.h"
 
-/* sum += part, with what the sum does not hold kept in low. */
-static void add_whole(float part, float* sum, float* low) {
-    const float corrected = part - *low;
-    const float next = *sum + corrected;
-    *low = (next - *sum) - corrected;
-    *sum = next;
-}
-
-/* phi [count, 3] at a place: 0 where that is held, or none. */
+/* phi [count, 3] at a place: 0 where that is held; nothing where it is none. */
 static void shape_at(const struct haptable_modes* modes, const struct haptable_model* model, uint16_t patch,
                      const float alpha[3], float shape[HAPTABLE_MODES][3]) {
     const float(*row[6])[3];
@@ -27,7 +19,8 @@ static void shape_at(const struct haptable_modes* modes, const struct haptable_m
     int count = 0;
     int c;
     int k;
-    for (c = 0; c < modes->controls && patch != HAPTABLE_NONE; ++c) {
+    if (patch == HAPTABLE_NONE) return;
+    for (c = 0; c < modes->controls; ++c) {
         const uint16_t vertex = model->patch[patch][c % 3];
         uint32_t control = vertex;
         if (modes->controls == 3 && vertex >= model->free_count) continue;
@@ -47,51 +40,57 @@ static void shape_at(const struct haptable_modes* modes, const struct haptable_m
 
 /* ---- the load -------------------------------------------------------------------------------------------------- */
 
-/* a x = b of n rows, a = L D L^T of its lower half, in place: it is positive definite. b becomes x. */
-static void solve_rows(int n, float (*a)[HAPTABLE_ROWS], float b[HAPTABLE_ROWS]) {
-    float scaled[HAPTABLE_ROWS];
+/* A block on the diagonal, by its lower half. */
+static void block_at(float (*a)[HAPTABLE_ROWS], int at, float block[6]) {
     int i;
-    int j;
-    int k;
-    for (j = 0; j < n; ++j) {
-        float d = a[j][j];
-        for (k = 0; k < j; ++k) {
-            scaled[k] = a[j][k] * a[k][k];
-            d -= a[j][k] * scaled[k];
-            b[j] -= a[j][k] * b[k];
-        }
-        a[j][j] = d;
-        for (i = j + 1; i < n; ++i) {
-            for (k = 0; k < j; ++k) a[i][j] -= a[i][k] * scaled[k];
-            a[i][j] /= d;
-        }
+    for (i = 0; i < 3; ++i) block[i] = a[at + i][at + i];
+    block[3] = a[at + 1][at];
+    block[4] = a[at + 2][at + 1];
+    block[5] = a[at + 2][at];
+}
+
+/* a x = b of three rows or six, by blocks of three: a is positive definite. b becomes x. */
+static void solve_rows(int rows, float (*a)[HAPTABLE_ROWS], float b[HAPTABLE_ROWS]) {
+    float first[6];
+    float second[6];
+    float inverse[6];
+    float x[9];
+    float xm[9];
+    float n[6];
+    float t[3];
+    int i;
+    block_at(a, 0, first);
+    if (rows == 3) {
+        sym_solve_once(first, b, b);
+        return;
     }
-    for (i = n - 1; i >= 0; --i) {
-        b[i] /= a[i][i];
-        for (k = i + 1; k < n; ++k) b[i] -= a[k][i] * b[k];
-    }
+    block_at(a, 3, second);
+    for (i = 0; i < 3; ++i) vec_copy(a[3 + i], &x[3 * i]);
+    sym_invert(first, inverse);
+    sym_reduce(second, x, inverse, xm, n);
+    mat_product(xm, b, t);
+    vec_sub(&b[3], t, t);
+    sym_solve_once(n, t, &b[3]);
+    mat_transposed_product(x, &b[3], t);
+    vec_sub(b, t, t);
+    vec_symmetric_product(inverse, t, b);
 }
 
 typedef float haptable_shapes[HAPTABLE_FINGERS][HAPTABLE_MODES][3];
 
-/* phi of mode k at those that press, by rows. */
-static void row_of(haptable_shapes shape, int k, unsigned presses, float row[HAPTABLE_ROWS]) {
-    int f;
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
-        if ((presses >> f & 1u) != 0u)
-            vec_copy(shape[f][k], &row[3 * f]);
-        else
-            vec_zero(&row[3 * f]);
-    }
-}
-
-static float dot_rows(const float a[HAPTABLE_ROWS], const float b[HAPTABLE_ROWS]) {
-    return vec_dot(&a[0], &b[0]) + vec_dot(&a[3], &b[3]);
-}
-
 /* How far a mode goes in the tick without a force. */
 static float free_change(const struct haptable_mode* mode, float q, float p) {
     return mode->q_by_q * q + mode->q_by_p * p;
+}
+
+/* phi of mode k along the loads; of one that does not press there is none. */
+static float along(const struct haptable_modes_state* state, haptable_shapes shape, int k,
+                   const struct haptable_modes_load* load) {
+    float force = 0.0f;
+    int f;
+    for (f = 0; f < HAPTABLE_FINGERS; ++f)
+        if (state->met[f].patch != HAPTABLE_NONE) force += vec_dot(shape[f][k], &load->load_n[3 * f]);
+    return force;
 }
 
 /* f_m, of the rows up to the last finger that presses. */
@@ -99,20 +98,26 @@ static void find_load(const struct haptable_modes* modes, const struct haptable_
                       haptable_shapes shape, struct haptable_modes_load* load) {
     const int rows = load->presses > 1u ? HAPTABLE_ROWS : 3;
     float more[HAPTABLE_ROWS];
+    int f;
     int k;
     int i;
     int j;
     for (i = 0; i < rows; ++i) more[i] = load->moved_m[i];
     for (k = 0; k < modes->count; ++k) {
         const struct haptable_mode* mode = &modes->mode[k];
-        float row[HAPTABLE_ROWS];
-        float goes;
-        row_of(shape, k, load->presses, row);
-        goes = free_change(mode, state->q[k], state->p[k]) + mode->q_by_f * dot_rows(row, load->load_n);
-        for (i = 0; i < rows; ++i) {
-            const float part = 0.5f * mode->q_by_f * row[i];
-            more[i] -= 0.5f * goes * row[i];
-            for (j = 0; j <= i; ++j) load->compliance[i][j] += part * row[j];
+        const float goes = free_change(mode, state->q[k], state->p[k]) + mode->q_by_f * along(state, shape, k, load);
+        for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+            const float* row = shape[f][k];
+            if ((load->presses >> f & 1u) == 0u) continue;
+            vec_add_scaled(-0.5f * goes, row, &more[3 * f]);
+            HAPTABLE_UNROLLED
+            for (i = 0; i < 3; ++i) {
+                const float part = 0.5f * mode->q_by_f * row[i];
+                float* c = load->compliance[3 * f + i];
+                if (load->presses == 3u && f == 1) vec_add_scaled(part, shape[0][k], c);
+                HAPTABLE_UNROLLED
+                for (j = 0; j <= i; ++j) c[3 * f + j] += part * row[j];
+            }
         }
     }
     solve_rows(rows, load->compliance, more);
@@ -130,13 +135,12 @@ void haptable_modes_advance(const struct haptable_modes* modes, const struct hap
         const struct haptable_mode* mode = &modes->mode[k];
         const float q = state->q[k];
         const float p = state->p[k];
-        float row[HAPTABLE_ROWS];
-        float force;
-        row_of(shape, k, load->presses, row);
-        force = dot_rows(row, load->load_n);
+        const float force = along(state, shape, k, load);
         add_whole(free_change(mode, q, p) + mode->q_by_f * force, &state->q[k], &state->q_low[k]);
         add_whole(mode->p_by_q * q + mode->p_by_p * p + mode->q_by_p * force, &state->p[k], &state->p_low[k]);
-        for (f = 0; f < HAPTABLE_FINGERS; ++f) vec_add_scaled(state->q[k] - q, shape[f][k], state->met[f].shift_m);
+        for (f = 0; f < HAPTABLE_FINGERS; ++f)
+            if (state->met[f].patch != HAPTABLE_NONE)
+                vec_add_scaled(state->q[k] - q, shape[f][k], state->met[f].shift_m);
     }
 }
 
@@ -154,6 +158,7 @@ void haptable_modes_follow(const struct haptable_modes* modes, const struct hapt
         met->patch = contact->patch;
         vec_copy(contact->alpha, met->alpha);
     }
+    if (met->patch == HAPTABLE_NONE) return;
     shape_at(modes, model, met->patch, met->alpha, shape);
     vec_zero(apart_m);
     for (k = 0; k < modes->count; ++k) vec_add_scaled(state->q[k], shape[k], apart_m);

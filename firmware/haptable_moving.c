@@ -29,12 +29,6 @@ struct fingers {
     float stored_j;                     /* by its contacts */
 };
 
-static void scale(float by, float v[3]) {
-    v[0] *= by;
-    v[1] *= by;
-    v[2] *= by;
-}
-
 static void to_body(const struct haptable_scene* scene, void* state, const struct haptable_input in[],
                     struct fingers* fingers) {
     const struct haptable_account* account = haptable_scene_account(scene, state);
@@ -186,9 +180,9 @@ static void give(const struct haptable_scene* scene, void* state, const struct h
         struct haptable_servo* servo = haptable_scene_servo(state, f);
         struct haptable_past* past = &account->past[f];
         if (fingers->share[f] < 1.0f) {
-            scale(fingers->share[f], out[f].force_n);
-            scale(fingers->share[f], servo->given_n);
-            for (corner = 0; corner < 3; ++corner) scale(fingers->share[f], out[f].nodal_force_n[corner]);
+            vec_scale(fingers->share[f], out[f].force_n);
+            vec_scale(fingers->share[f], servo->given_n);
+            for (corner = 0; corner < 3; ++corner) vec_scale(fingers->share[f], out[f].nodal_force_n[corner]);
         }
         past->is_known = (uint8_t)(in[f].is_there && servo->finger_known);
         vec_zero(past->load_n);

@@ -42,13 +42,16 @@
 #define HAPTABLE_CALLED static inline
 #endif
 
-/* Before a loop of three that a sliding tick runs: its rounds one after the other, and with -Os a loop. */
+/* Before a loop of three, or of six, that a tick runs: its rounds one after the other, and with -Os a loop. */
 #if !defined(__GNUC__) || defined(__clang__)
 #define HAPTABLE_UNROLLED
+#define HAPTABLE_UNROLLED_SIX
 #elif defined(__OPTIMIZE_SIZE__)
 #define HAPTABLE_UNROLLED _Pragma("GCC unroll 1")
+#define HAPTABLE_UNROLLED_SIX _Pragma("GCC unroll 1")
 #else
 #define HAPTABLE_UNROLLED _Pragma("GCC unroll 3")
+#define HAPTABLE_UNROLLED_SIX _Pragma("GCC unroll 6")
 #endif
 
 /* vec_inverse_root is one between these. */
@@ -105,6 +108,14 @@ HAPTABLE_INLINE void vec_add_scaled(float s, const float a[3], float out[3]) {
 static inline void vec_scale(float s, float a[3]) {
     HAPTABLE_UNROLLED
     for (int i = 0; i < 3; ++i) a[i] *= s;
+}
+
+/* sum += part, with what the sum does not hold kept in low (Kahan 1965). */
+static inline void add_whole(float part, float* sum, float* low) {
+    const float corrected = part - *low;
+    const float next = *sum + corrected;
+    *low = (next - *sum) - corrected;
+    *sum = next;
 }
 
 /* f = S u for a symmetric S stored as xx yy zz xy yz zx. */
