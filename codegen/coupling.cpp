@@ -2,7 +2,6 @@
 // C <- C + I / k: a spring in series with the object, in its tables. It costs nothing at run time.
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <cmath>
 
 #include "codegen/model.hpp"
 #include "codegen/polynomial.hpp"

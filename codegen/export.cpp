@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 
 #include "codegen/codegen.hpp"
 #include "codegen/loaded_scene.hpp"

@@ -5,7 +5,6 @@
 // that come within w/2 of the cell; the cell with the largest bound is halved until it is small against the ball, and
 // then its bound holds for all, as every other cell's is lower.
 #include <algorithm>
-#include <cmath>
 #include <queue>
 
 #include "codegen/model.hpp"

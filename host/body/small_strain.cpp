@@ -2,7 +2,6 @@
 #include "host/body/small_strain.hpp"
 
 #include <Eigen/Dense>
-#include <algorithm>
 #include <cmath>
 #include <limits>
 

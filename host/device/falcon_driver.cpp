@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // The Novint Falcon over its serial line, with Novint's firmware in it already (libnifalcon's findfalcons loads it; its
 // licence lets nobody else ship it). The grip's place is told from the middle of its travel.
-#include <algorithm>
 #include <array>
 #include <cmath>
 

@@ -3,7 +3,6 @@
 // [device, angles]; floats of 32 bits, the low byte first, N m and degrees. There is no checksum.
 #include <array>
 #include <bit>
-#include <cmath>
 #include <numbers>
 #include <vector>
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Haply's Inverse3 by its service (3.x): JSON over WebSocket. The service greets with what is plugged in; then each
 // message of ours, which sets a force, is answered by one state. Metres, newtons; x, y, z of the device's plaque.
-#include <fmt/format.h>
 #include <libwebsockets.h>
 
 #include <array>

@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
-#include <cmath>
 #include <limits>
 #include <optional>
 

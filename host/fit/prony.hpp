@@ -2,12 +2,22 @@
 // Stiffness and relaxation of a body from one measured press, by least squares.
 #pragma once
 
+#include <filesystem>
 #include <vector>
 
 #include "host/base/relaxation.hpp"
-#include "host/fit/record.hpp"
 
 namespace haptable {
+
+/// A measured press: how deep, how hard, when.
+struct ForceRecord {
+    std::vector<double> time_s, depth_m, force_n;  ///< [samples]; time ascends
+};
+
+/// A file with the header time_s,depth_m,force_n and a sample a line, the force that of the body against the press.
+/// What comes after the body has let go (no force, after the largest) is left out: there the depth is not its
+/// surface's. Throws Error "FILE:LINE: what is wrong".
+ForceRecord read_force_record(const std::filesystem::path& file);
 
 struct PronyFit {
     double stiffness_n_per_m = 0.0;          ///< at once

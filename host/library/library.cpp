@@ -3,15 +3,14 @@
 #include <algorithm>
 #include <exception>
 #include <initializer_list>
-#include <memory>
 #include <new>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
 #include "host/base/error.hpp"
-#include "host/library/handles.hpp"
 #include "host/library/haptable_library.h"
+#include "host/library/object.hpp"
 
 namespace haptable {
 
@@ -151,6 +150,27 @@ std::uint32_t counter_of(const haptable_counters& c, std::uint32_t counter) {
     return counter < std::size(values) ? values[counter] : 0;
 }
 
+/// A servo without contact, its tables checked.
+template <typename Servo>
+Servo* begin(const haptable_object& object, const haptable_pair_model* pair) {
+    const LoadedScene& scene = object.loaded->scene();
+    auto* servo = new Servo{{object.loaded, {scene.model(), pair, scene.body(), scene.modes()}}};
+    servo->state.check(HAPTABLE_CHECK_ALL);
+    return servo;
+}
+
+/// position_m, touch: of each finger; a position is null where the finger is away.
+void step(Touching& servo, const float* const position_m[], std::uint32_t now_us, haptable_touch touch[]) {
+    haptable_input in[HAPTABLE_FINGERS];
+    haptable_output out[HAPTABLE_FINGERS];
+    for (std::size_t f = 0; f < servo.state.fingers(); ++f) in[f] = input_of(position_m[f], servo.buttons[f]);
+    servo.state.step(in, now_us, out);
+    for (std::size_t f = 0; f < servo.state.fingers(); ++f) {
+        note(servo.state, position_m[f], out[f], servo.energy[f]);
+        touch[f] = to_touch(*servo.loaded, out[f]);
+    }
+}
+
 }  // namespace
 
 }  // namespace haptable
@@ -235,13 +255,8 @@ int haptable_object_swing(const haptable_object* object, const float* swung, con
 
 haptable_finger* haptable_finger_new(const haptable_object* object) {
     if (lacks(__func__, {object})) return nullptr;
-    return guarded(static_cast<haptable_finger*>(nullptr), [&] {
-        const haptable::LoadedScene& loaded = object->loaded->scene();
-        auto* finger =
-            new haptable_finger{object->loaded, {loaded.model(), nullptr, loaded.body(), loaded.modes()}, {}};
-        finger->state.check(HAPTABLE_CHECK_ALL);
-        return finger;
-    });
+    return guarded(static_cast<haptable_finger*>(nullptr),
+                   [&] { return haptable::begin<haptable_finger>(*object, nullptr); });
 }
 
 void haptable_finger_free(haptable_finger* finger) { delete finger; }
@@ -249,24 +264,20 @@ void haptable_finger_free(haptable_finger* finger) { delete finger; }
 void haptable_finger_step(haptable_finger* finger, const float position_m[3], std::uint32_t now_us,
                           haptable_touch* touch) {
     if (lacks(__func__, {finger, touch})) return;
-    const haptable_input in = haptable::input_of(position_m, finger->buttons);
-    haptable_output out;
-    finger->state.step(&in, now_us, &out);
-    haptable::note(finger->state, position_m, out, finger->energy);
-    *touch = haptable::to_touch(*finger->loaded, out);
+    haptable::step(*finger, &position_m, now_us, touch);
 }
 
 int haptable_finger_watch(haptable_finger* finger, std::uint32_t now_us, haptable_touch* touch) {
     if (lacks(__func__, {finger, touch})) return 0;
     haptable_output out;
     if (haptable_servo_watch(&finger->state.servo(0), now_us, &out) == 0) return 0;
-    finger->energy.add({}, out);
+    finger->energy[0].add({}, out);
     *touch = haptable::to_touch(*finger->loaded, out);
     return 1;
 }
 
 void haptable_finger_buttons(haptable_finger* finger, std::uint32_t buttons) {
-    if (!lacks(__func__, {finger})) finger->buttons = buttons;
+    if (!lacks(__func__, {finger})) finger->buttons[0] = buttons;
 }
 
 void haptable_finger_replay(haptable_finger* finger, const float (*position_m)[3], std::size_t count,
@@ -278,7 +289,7 @@ void haptable_finger_replay(haptable_finger* finger, const float (*position_m)[3
 }
 
 haptable_touch_energy haptable_finger_energy(const haptable_finger* finger) {
-    return lacks(__func__, {finger}) ? haptable_touch_energy{} : haptable::to_energy(finger->energy);
+    return lacks(__func__, {finger}) ? haptable_touch_energy{} : haptable::to_energy(finger->energy[0]);
 }
 
 void haptable_finger_swung(const haptable_finger* finger, float* swung) {
@@ -304,11 +315,7 @@ haptable_fingers* haptable_fingers_new(const haptable_object* object) {
         if (object->loaded->scene().pair() == nullptr)
             throw haptable::Error(object->loaded->tables().name +
                                   " has one finger: write fingers = 2 in [contact] and make its tables again");
-        const haptable::LoadedScene& loaded = object->loaded->scene();
-        auto* fingers =
-            new haptable_fingers{object->loaded, {loaded.model(), loaded.pair(), loaded.body(), loaded.modes()}, {}};
-        fingers->state.check(HAPTABLE_CHECK_ALL);
-        return fingers;
+        return haptable::begin<haptable_fingers>(*object, object->loaded->scene().pair());
     });
 }
 
@@ -318,14 +325,7 @@ void haptable_fingers_step(haptable_fingers* fingers, const float first_m[3], co
                            std::uint32_t now_us, haptable_touch touch[2]) {
     if (lacks(__func__, {fingers, touch})) return;
     const float* position_m[HAPTABLE_FINGERS] = {first_m, second_m};
-    haptable_input in[HAPTABLE_FINGERS];
-    haptable_output out[HAPTABLE_FINGERS];
-    for (std::size_t f = 0; f < HAPTABLE_FINGERS; ++f) in[f] = haptable::input_of(position_m[f], fingers->buttons[f]);
-    fingers->state.step(in, now_us, out);
-    for (std::size_t f = 0; f < HAPTABLE_FINGERS; ++f) {
-        haptable::note(fingers->state, position_m[f], out[f], fingers->energy[f]);
-        touch[f] = haptable::to_touch(*fingers->loaded, out[f]);
-    }
+    haptable::step(*fingers, position_m, now_us, touch);
 }
 
 void haptable_fingers_buttons(haptable_fingers* fingers, std::uint32_t finger, std::uint32_t buttons) {

@@ -2,6 +2,7 @@
 // A scene's folder in memory: checked, then const.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -10,6 +11,8 @@
 
 #include "codegen/loaded_scene.hpp"
 #include "codegen/loads.hpp"
+#include "host/session/energy.hpp"
+#include "host/session/scene_state.hpp"
 #include "host/tables/columns.hpp"
 
 namespace haptable {
@@ -52,4 +55,19 @@ private:
     std::vector<std::int32_t> column_of_;  ///< [N] of a mesh node, or -1
 };
 
+/// One finger on an object, or both of a pair: what stands behind a pointer of haptable_library.h. It holds the object:
+/// whoever is freed last frees it.
+struct Touching {
+    std::shared_ptr<const LoadedObject> loaded;
+    SceneState state;
+    std::array<EnergyAccount, HAPTABLE_FINGERS> energy{};
+    std::array<std::uint32_t, HAPTABLE_FINGERS> buttons{};  ///< held down
+};
+
 }  // namespace haptable
+
+struct haptable_object {
+    std::shared_ptr<const haptable::LoadedObject> loaded;
+};
+struct haptable_finger : haptable::Touching {};
+struct haptable_fingers : haptable::Touching {};

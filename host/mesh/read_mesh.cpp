@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"

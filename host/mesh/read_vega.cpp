@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Vega FEM 4.0 User's Manual, "Volumetric mesh file format": sections that begin with '*', comments with '#'.
-#include <fmt/format.h>
 
 #include <unordered_map>
 

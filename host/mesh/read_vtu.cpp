@@ -6,10 +6,7 @@
 
 #include <algorithm>
 #include <bit>
-#include <charconv>
-#include <cmath>
 #include <cstring>
-#include <limits>
 #include <pugixml.hpp>
 
 #include "host/base/error.hpp"

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <span>
 
 #include "codegen/loaded_scene.hpp"
 #include "host/base/error.hpp"

@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <type_traits>
 
-#include "host/base/at_body.hpp"
 #include "host/base/error.hpp"
+#include "host/base/limits.hpp"
 #include "host/scene/device_models.hpp"
 #include "host/scene/keys.hpp"
 #include "host/scene/read_material.hpp"

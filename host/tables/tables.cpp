@@ -8,8 +8,8 @@
 #include <span>
 #include <utility>
 
-#include "host/base/at_body.hpp"
 #include "host/base/error.hpp"
+#include "host/base/limits.hpp"
 #include "host/tables/npy.hpp"
 
 namespace haptable {

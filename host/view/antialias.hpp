@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "host/view/image.hpp"
-#include "host/view/pixel_box.hpp"
 
 namespace haptable {
 

@@ -3,7 +3,6 @@
 #include "host/view/camera.hpp"
 
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>

@@ -15,7 +15,6 @@
 #include <vector>
 
 #include "host/view/image.hpp"
-#include "host/view/pixel_box.hpp"
 
 namespace haptable {
 

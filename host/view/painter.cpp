@@ -9,7 +9,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/si.hpp"
-#include "host/tables/small_strain.hpp"
+#include "host/tables/checks.hpp"
 #include "host/view/colormap.hpp"
 #include "host/view/figure.hpp"
 

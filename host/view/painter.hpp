@@ -5,12 +5,12 @@
 #include <filesystem>
 #include <optional>
 
+#include "host/tables/checks.hpp"
 #include "host/tables/tables.hpp"
 #include "host/view/annotate.hpp"
 #include "host/view/deformation.hpp"
 #include "host/view/drawn_modes.hpp"
 #include "host/view/frame.hpp"
-#include "host/view/mesh_check.hpp"
 #include "host/view/renderer.hpp"
 #include "host/view/sag.hpp"
 #include "host/view/stress.hpp"

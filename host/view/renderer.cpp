@@ -8,7 +8,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 #include "host/view/colormap.hpp"
 #include "host/view/shaders.hpp"

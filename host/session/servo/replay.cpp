@@ -2,7 +2,6 @@
 #include "host/session/servo/replay.hpp"
 
 #include <cstring>
-#include <optional>
 
 #include "host/base/progress.hpp"
 #include "host/session/record.hpp"

@@ -1,15 +1,21 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What haptable-precompute found wrong with a mesh, as its tables.json keeps it.
+// What tables.json of haptable-precompute tells of the force and of the mesh.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "host/tables/folder.hpp"
 
 namespace haptable {
 
+/// Depth, m, from which the force of these tables is expected to be more than 10 % off a rubber's, as tables.json of
+/// haptable-precompute tells it; none where it does not. Throws Error where there are no tables.
+std::optional<double> read_small_strain_depth(const TablesFolder& folder);
+
+/// What haptable-precompute found wrong with a mesh.
 struct MeshCheck {
     struct Element {
         std::uint64_t number = 0;  ///< in the mesh's file
