@@ -11,6 +11,7 @@
 #include "firmware/haptable_scene.h"
 #include "host/base/file.hpp"
 #include "host/base/modes.hpp"
+#include "host/scene/keys.hpp"
 
 namespace haptable::test {
 namespace {
@@ -44,6 +45,22 @@ TEST(Laws, ThePageOfWhatMovesHasEachMover) {
 #define HAPTABLE_TITLE(PART, KEY, WORD, TITLE, ...) TITLE,
              HAPTABLE_MOVERS(HAPTABLE_TITLE)})
         EXPECT_NE(table.find(title), std::string::npos) << "docs/MOVING.md, its first table: " << title;
+}
+
+/// True for a key of a scene that changes the tables.
+bool changes_tables(const std::string& key) {
+    for (const Key& one : scene_keys())
+        if (key == std::string(one.section) + "." + one.name) return one.changes == Changes::kTables;
+    return false;
+}
+
+TEST(Laws, KeysThatTheFirmwareNamesAreAScenes) {
+    for (const char* key : {
+#define HAPTABLE_MOVER_KEY(PART, KEY, ...) KEY,
+#define HAPTABLE_VALUE_KEY(FIELD, KEY) KEY,
+#define HAPTABLE_STAGE_KEY(FIELD, FUNCTION, KEY) KEY,
+             HAPTABLE_MOVERS(HAPTABLE_MOVER_KEY) HAPTABLE_MODEL_KEYS(HAPTABLE_VALUE_KEY, HAPTABLE_STAGE_KEY)})
+        EXPECT_TRUE(changes_tables(key)) << key;
 }
 
 }  // namespace
