@@ -173,6 +173,11 @@ test: $(MODULES) $(BUILD)/tests/unit $(BUILD)/bin/haptable-keys all $(PAGE_PARTS
 	@$(MAKE) --no-print-directory test-fuzz images test-python
 	@BUILD=$(BUILD) sh scripts/test.sh
 
+# test-changed: build the tests and run those beside the sources that changed since this was last green
+.PHONY: test-changed
+test-changed: $(BUILD)/tests/unit
+	@BUILD=$(BUILD) sh scripts/test-changed.sh
+
 # test-all: make test, then what proves packages, installed copies and several machines
 .PHONY: test-all
 test-all: test

@@ -350,9 +350,11 @@ TEST_F(Fill, ASheetBoundsNoBody) {
     EXPECT_NE(error_of(sheet, {0.0, 500}).find("bounds no body"), std::string::npos);
 }
 
+class OtherPeoplesSurfaces : public Fill {};  // a suite of its own runs beside the others
+
 /// Other people's surfaces: with holes, inside out, or whole. Volumes: by the divergence theorem of those that are
 /// closed, turned outwards; of the bunny by its winding number (Jacobson et al. 2013), over 6,000 points.
-TEST_F(Fill, EverySurfaceOfOtherPeopleIsFilled) {
+TEST_F(OtherPeoplesSurfaces, AreFilled) {
     struct Known {
         const char* file;
         double volume;
