@@ -50,13 +50,11 @@ static struct frame frame_of(const float q[4]) {
 }
 
 static void to_world(const struct frame* f, const float in[3], float out[3]) {
-    int i;
-    for (i = 0; i < 3; ++i) out[i] = vec_dot(f->row[i], in);
+    for (int i = 0; i < 3; ++i) out[i] = vec_dot(f->row[i], in);
 }
 
 static void to_body(const struct frame* f, const float in[3], float out[3]) {
-    int i;
-    for (i = 0; i < 3; ++i) out[i] = f->row[0][i] * in[0] + f->row[1][i] * in[1] + f->row[2][i] * in[2];
+    for (int i = 0; i < 3; ++i) out[i] = f->row[0][i] * in[0] + f->row[1][i] * in[1] + f->row[2][i] * in[2];
 }
 
 /* q (s, v) */
@@ -73,17 +71,14 @@ static void quaternion_product(const float q[4], float s, const float v[3], floa
 static void middle_turn(const float q[4], const float spin[3], float middle[4]) {
     const float quarter = 0.25f * DT;
     float half_way[3];
-    float scale;
-    int i;
-    for (i = 0; i < 3; ++i) half_way[i] = quarter * spin[i];
-    scale = 1.0f / (1.0f + vec_dot(half_way, half_way));
+    for (int i = 0; i < 3; ++i) half_way[i] = quarter * spin[i];
+    const float scale = 1.0f / (1.0f + vec_dot(half_way, half_way));
     quaternion_product(q, 1.0f, half_way, middle);
-    for (i = 0; i < 4; ++i) middle[i] *= scale;
+    for (int i = 0; i < 4; ++i) middle[i] *= scale;
 }
 
 static void add_whole_vector(const float part[3], float sum[3], float low[3]) {
-    int i;
-    for (i = 0; i < 3; ++i) add_whole(part[i], &sum[i], &low[i]);
+    for (int i = 0; i < 3; ++i) add_whole(part[i], &sum[i], &low[i]);
 }
 
 /* J x = b of the inertia, by J = L D L^T. */
@@ -111,33 +106,27 @@ static float line_speed(const float n[3], const float turn[3], const float motio
 static void add_line(struct system* s, const float n[3], const float turn[3], float force, float resistance) {
     const float now = force - resistance * line_speed(n, turn, s->before);
     float j[6];
-    int r;
-    int c;
     vec_copy(n, j);
     vec_copy(turn, j + 3);
-    for (r = 0; r < 6; ++r) {
+    for (int r = 0; r < 6; ++r) {
         const float part = resistance * j[r];
-        for (c = 0; c <= r; ++c) s->a[r][c] += part * j[c];
+        for (int c = 0; c <= r; ++c) s->a[r][c] += part * j[c];
         s->b[r] += now * j[r];
     }
 }
 
 /* A = L D L^T in place: L below the diagonal, 1/D on it. A holds a mass, so no pivot is 0. */
 static void factorize(struct system* s) {
-    float d[6];
-    float scaled[6];
-    int i;
-    int j;
-    int k;
-    for (j = 0; j < 6; ++j) {
+    float d[6], scaled[6];
+    for (int j = 0; j < 6; ++j) {
         d[j] = s->a[j][j];
-        for (k = 0; k < j; ++k) {
+        for (int k = 0; k < j; ++k) {
             scaled[k] = s->a[j][k] * d[k];
             d[j] -= s->a[j][k] * scaled[k];
         }
         s->a[j][j] = 1.0f / d[j];
-        for (i = j + 1; i < 6; ++i) {
-            for (k = 0; k < j; ++k) s->a[i][j] -= s->a[i][k] * scaled[k];
+        for (int i = j + 1; i < 6; ++i) {
+            for (int k = 0; k < j; ++k) s->a[i][j] -= s->a[i][k] * scaled[k];
             s->a[i][j] *= s->a[j][j];
         }
     }
@@ -145,20 +134,18 @@ static void factorize(struct system* s) {
 
 /* before: factorize. */
 static void solve(const struct system* s, const float b[6], float x[6]) {
-    int i;
-    int k;
     HAPTABLE_UNROLLED_SIX
-    for (i = 0; i < 6; ++i) {
+    for (int i = 0; i < 6; ++i) {
         float sum = b[i];
         HAPTABLE_UNROLLED_SIX
-        for (k = 0; k < i; ++k) sum -= s->a[i][k] * x[k];
+        for (int k = 0; k < i; ++k) sum -= s->a[i][k] * x[k];
         x[i] = sum;
     }
     HAPTABLE_UNROLLED_SIX
-    for (i = 5; i >= 0; --i) {
+    for (int i = 5; i >= 0; --i) {
         float sum = x[i] * s->a[i][i];
         HAPTABLE_UNROLLED_SIX
-        for (k = i + 1; k < 6; ++k) sum -= s->a[k][i] * x[k];
+        for (int k = i + 1; k < 6; ++k) sum -= s->a[k][i] * x[k];
         x[i] = sum;
     }
 }
@@ -172,9 +159,8 @@ static void add_body(const struct haptable_body* body, const struct haptable_bod
     const float rate = 2.0f / DT;
     const float* inertia = body->inertia_kg_m2;
     float weight[3];
-    int i;
     to_body(f, body->gravity_m_per_s2, weight);
-    for (i = 0; i < 3; ++i) {
+    for (int i = 0; i < 3; ++i) {
         s->a[i][i] += rate * body->mass_kg;
         s->b[i] += body->mass_kg * weight[i];
         s->a[3 + i][3 + i] += rate * inertia[i] + body->turn_damping_n_m_s[i] + 0.5f * DT * body->turn_stiffness_n_m[i];
@@ -183,7 +169,7 @@ static void add_body(const struct haptable_body* body, const struct haptable_bod
     s->a[4][3] += rate * inertia[3];
     s->a[5][4] += rate * inertia[4];
     s->a[5][3] += rate * inertia[5];
-    for (i = 0; i < 3; ++i) {
+    for (int i = 0; i < 3; ++i) {
         const float k = body->stiffness_n_per_m[i];
         const float resistance = body->damping_n_s_per_m[i] + 0.5f * DT * k;
         const float stretch = (state->position_m[i] - body->centre_m[i]) - state->position_low_m[i];
@@ -230,18 +216,14 @@ static void find_gaps(const struct haptable_body* body, const struct haptable_bo
                       const struct floor_axes* floor, struct touch touch[]) {
     const float height =
         vec_dot(body->floor_normal, state->position_m) - vec_dot(body->floor_normal, state->position_low_m);
-    struct floor_axes turned;
-    struct frame middle;
     float q[4];
-    uint32_t i;
-    int c;
     middle_turn(state->turn, state->spin_rad_per_s, q);
-    middle = frame_of(q);
-    turned = floor_axes_of(body, &middle);
-    for (i = 0; i < points_of(body); ++i) {
+    const struct frame middle = frame_of(q);
+    const struct floor_axes turned = floor_axes_of(body, &middle);
+    for (uint32_t i = 0; i < points_of(body); ++i) {
         float arm[3];
         vec_sub(body->point_m[i], body->centre_m, arm);
-        for (c = 0; c < 3; ++c) vec_cross(arm, turned.axis[c], touch[i].turn[c]);
+        for (int c = 0; c < 3; ++c) vec_cross(arm, turned.axis[c], touch[i].turn[c]);
         touch[i].gap_m = (height - body->floor_m) + vec_dot(floor->axis[0], arm);
     }
 }
@@ -318,8 +300,7 @@ static void change_touch(const struct haptable_body* body, const float stretch_m
 
 static void add_floor(const struct haptable_body* body, const struct floor_axes* floor, const struct touch touch[],
                       struct system* s) {
-    uint32_t i;
-    for (i = 0; i < points_of(body); ++i) {
+    for (uint32_t i = 0; i < points_of(body); ++i) {
         const struct touch* t = &touch[i];
         if (!t->carries) continue;
         add_line(s, floor->axis[0], t->turn[0], t->push_n, t->resistance);
@@ -332,17 +313,15 @@ static void add_floor(const struct haptable_body* body, const struct floor_axes*
 /* No spring along the floor is stretched by more than friction holds: what it had stored beyond is lost. */
 static void limit_stretch(float most_m, float stretch_m[2]) {
     const float size2 = stretch_m[0] * stretch_m[0] + stretch_m[1] * stretch_m[1];
-    float scale;
     if (!(size2 > most_m * most_m)) return;
-    scale = size2 > HAPTABLE_ROOT_LEAST ? most_m * vec_inverse_root(size2) : 0.0f;
+    const float scale = size2 > HAPTABLE_ROOT_LEAST ? most_m * vec_inverse_root(size2) : 0.0f;
     stretch_m[0] *= scale;
     stretch_m[1] *= scale;
 }
 
 static void speeds_of(const struct floor_axes* floor, const struct touch* touch, const float motion[6],
                       float speed[3]) {
-    int c;
-    for (c = 0; c < 3; ++c) speed[c] = line_speed(floor->axis[c], touch->turn[c], motion);
+    for (int c = 0; c < 3; ++c) speed[c] = line_speed(floor->axis[c], touch->turn[c], motion);
 }
 
 /* What a point's springs hold, times 2 / k. */
@@ -356,9 +335,8 @@ static float leave_point(const struct haptable_body* body, const struct touch* t
                          float stretch_m[2], float* push_n) {
     const float before2 = stored2(t->gap_m, stretch_m);
     float work = 0.0f;
-    int c;
     *push_n = t->carries ? t->push_n - t->resistance * speed[0] : 0.0f;
-    for (c = 0; c < 2; ++c) {
+    for (int c = 0; c < 2; ++c) {
         if (t->carries && body->floor_friction > 0.0f) work += (t->hold_n[c] - t->hold * speed[1 + c]) * speed[1 + c];
         stretch_m[c] = t->carries ? stretch_m[c] + DT * speed[1 + c] : 0.0f;
     }
@@ -371,12 +349,10 @@ static float leave_point(const struct haptable_body* body, const struct touch* t
 static float leave_floor(const struct haptable_body* body, const struct floor_axes* floor, const struct touch touch[],
                          const float motion[6], struct haptable_body_state* state) {
     float made_j = 0.0f;
-    uint32_t i;
     state->on_floor = 0;
     state->slips = 0;
-    for (i = 0; i < points_of(body); ++i) {
-        float speed[3];
-        float push_n;
+    for (uint32_t i = 0; i < points_of(body); ++i) {
+        float speed[3], push_n;
         speeds_of(floor, &touch[i], motion, speed);
         made_j += leave_point(body, &touch[i], speed, state->stretch_m[i], &push_n);
         state->push_n[i] = push_n > 0.0f ? push_n : 0.0f;
@@ -394,23 +370,19 @@ static float leave_floor(const struct haptable_body* body, const struct floor_ax
 static void turn_back(const float a[3], const float v[3], float out[3]) {
     const float a2 = vec_dot(a, a);
     const float scale = 1.0f / ((1.0f + a2) * (1.0f + a2));
-    float across[3];
-    float twice[3];
-    int i;
+    float across[3], twice[3];
     vec_cross(a, v, across);
     vec_cross(a, across, twice);
-    for (i = 0; i < 3; ++i) out[i] = scale * (8.0f * twice[i] - 4.0f * (1.0f - a2) * across[i]);
+    for (int i = 0; i < 3; ++i) out[i] = scale * (8.0f * twice[i] - 4.0f * (1.0f - a2) * across[i]);
 }
 
 /* v turned by half of that, or back where sign is -1: less v. */
 static void turn_half(const float a[3], float sign, const float v[3], float out[3]) {
     const float scale = 2.0f / (1.0f + vec_dot(a, a));
-    float across[3];
-    float twice[3];
-    int i;
+    float across[3], twice[3];
     vec_cross(a, v, across);
     vec_cross(a, across, twice);
-    for (i = 0; i < 3; ++i) out[i] = scale * (twice[i] + sign * across[i]);
+    for (int i = 0; i < 3; ++i) out[i] = scale * (twice[i] + sign * across[i]);
 }
 
 static void quarter_of(const float spin[3], float a[3]) {
@@ -423,14 +395,11 @@ static void quarter_of(const float spin[3], float a[3]) {
 static void bend(const struct haptable_body* body, const float q[4], const float motion[6], const float before[6],
                  float b[6]) {
     const float* k = body->turn_stiffness_n_m;
-    float middle[4];
-    float pull[3];
-    float across[3];
-    int i;
+    float middle[4], pull[3], across[3];
     middle_turn(q, motion + 3, middle);
-    for (i = 0; i < 3; ++i) pull[i] = k[i] * middle[1 + i];
+    for (int i = 0; i < 3; ++i) pull[i] = k[i] * middle[1 + i];
     vec_cross(pull, middle + 1, across);
-    for (i = 0; i < 3; ++i) {
+    for (int i = 0; i < 3; ++i) {
         const float moment = -2.0f * (middle[0] * pull[i] + across[i]);
         b[3 + i] += moment + 0.5f * DT * k[i] * (motion[3 + i] - before[3 + i]);
     }
@@ -440,9 +409,7 @@ static void bend(const struct haptable_body* body, const float q[4], const float
  * half of r. T: what acted in the round before. */
 static void turn_momentum(const struct haptable_body* body, const float spin[3], const float middle[3],
                           const float moment[3], float bent[3]) {
-    float momentum[3];
-    float a[3];
-    float half[3];
+    float momentum[3], a[3], half[3];
     quarter_of(middle, a);
     vec_symmetric_product(body->inertia_kg_m2, spin, momentum);
     turn_back(a, momentum, bent);
@@ -457,26 +424,20 @@ static int are_equal(const float a[3], const float b[3]) { return a[0] == b[0] &
  * the next begins with. before: factorize. */
 static void find_middle(const struct haptable_body* body, const float q[4], const struct system* s, float motion[6],
                         float moment[3]) {
-    float change[6];
-    float b[6];
-    float bent[3];
-    float spin[3];
-    float was[3];
-    int round;
-    int i;
+    float change[6], b[6], bent[3], spin[3], was[3];
     vec_zero(moment);
-    for (round = 0; round < HAPTABLE_BODY_ROUNDS; ++round) {
+    for (int round = 0; round < HAPTABLE_BODY_ROUNDS; ++round) {
         vec_copy(motion + 3, spin);
         vec_copy(moment, was);
-        for (i = 0; i < 6; ++i) b[i] = s->b[i];
+        for (int i = 0; i < 6; ++i) b[i] = s->b[i];
         if (s->is_bent) bend(body, q, motion, s->before, b);
         turn_momentum(body, s->before + 3, motion + 3, moment, bent);
         vec_add_scaled(1.0f, bent, b + 3);
         solve(s, b, change);
-        for (i = 0; i < 6; ++i) motion[i] = s->before[i] + change[i];
+        for (int i = 0; i < 6; ++i) motion[i] = s->before[i] + change[i];
         if (s->is_turned) {
             vec_symmetric_product(body->inertia_kg_m2, change + 3, moment);
-            for (i = 0; i < 3; ++i) moment[i] = moment[i] * (2.0f / DT) - bent[i];
+            for (int i = 0; i < 3; ++i) moment[i] = moment[i] * (2.0f / DT) - bent[i];
         }
         if (are_equal(spin, motion + 3) && are_equal(was, moment)) return;
     }
@@ -486,18 +447,16 @@ static void find_middle(const struct haptable_body* body, const float q[4], cons
 static void add_touches(const struct haptable_body* body, const struct haptable_body_state* state,
                         const struct floor_axes* floor, float motion[6], struct system* s, struct touch touch[]) {
     struct system trial = *s;
-    float moment[3];
-    float speed[3];
-    uint32_t i;
+    float moment[3], speed[3];
     find_gaps(body, state, floor, touch);
-    for (i = 0; i < points_of(body); ++i) {
+    for (uint32_t i = 0; i < points_of(body); ++i) {
         speeds_of(floor, &touch[i], motion, speed);
         begin_touch(body, state, i, speed, &touch[i]);
     }
     add_floor(body, floor, touch, &trial);
     factorize(&trial);
     find_middle(body, state->turn, &trial, motion, moment);
-    for (i = 0; i < points_of(body); ++i) {
+    for (uint32_t i = 0; i < points_of(body); ++i) {
         speeds_of(floor, &touch[i], motion, speed);
         change_touch(body, state->stretch_m[i], speed, &touch[i]);
     }
@@ -508,15 +467,12 @@ static void add_touches(const struct haptable_body* body, const struct haptable_
  * in the middle of the tick. */
 static void push(const struct haptable_body* body, const struct frame* f, const struct system* s, const float motion[6],
                  const float moment[3], struct haptable_body_state* state) {
-    float gained[3];
-    float along[3];
-    int i;
-    for (i = 0; i < 3; ++i) gained[i] = DT * body->gravity_m_per_s2[i];
+    float gained[3], along[3];
+    for (int i = 0; i < 3; ++i) gained[i] = DT * body->gravity_m_per_s2[i];
     if (s->is_turned) {
-        float weight[3];
-        float a[3];
+        float weight[3], a[3];
         to_body(f, gained, weight);
-        for (i = 0; i < 3; ++i) along[i] = 2.0f * (motion[i] - s->before[i]) - weight[i];
+        for (int i = 0; i < 3; ++i) along[i] = 2.0f * (motion[i] - s->before[i]) - weight[i];
         to_world(f, along, weight);
         vec_add_scaled(1.0f, weight, gained);
         quarter_of(motion + 3, a);
@@ -526,7 +482,7 @@ static void push(const struct haptable_body* body, const struct frame* f, const 
         vec_scale(DT, weight);
         add_whole_vector(weight, state->momentum_n_m_s, state->momentum_low_n_m_s);
     }
-    for (i = 0; i < 3; ++i)
+    for (int i = 0; i < 3; ++i)
         along[i] = DT * ((state->velocity_m_per_s[i] - state->velocity_low_m_per_s[i]) + 0.5f * gained[i]);
     add_whole_vector(along, state->position_m, state->position_low_m);
     add_whole_vector(gained, state->velocity_m_per_s, state->velocity_low_m_per_s);
@@ -534,22 +490,18 @@ static void push(const struct haptable_body* body, const struct frame* f, const 
 
 /* q += dt/2 q_m (0, w), kept at length 1. */
 static void turn(const float spin[3], struct haptable_body_state* state) {
-    float middle[4];
-    float change[4];
-    float longer;
-    int i;
+    float middle[4], change[4];
     middle_turn(state->turn, spin, middle);
     quaternion_product(middle, 0.0f, spin, change);
-    longer = 0.5f * (1.0f - (state->turn[0] * state->turn[0] + vec_dot(state->turn + 1, state->turn + 1)));
-    for (i = 0; i < 4; ++i)
+    const float longer = 0.5f * (1.0f - (state->turn[0] * state->turn[0] + vec_dot(state->turn + 1, state->turn + 1)));
+    for (int i = 0; i < 4; ++i)
         add_whole(0.5f * DT * change[i] + longer * state->turn[i], &state->turn[i], &state->turn_low[i]);
 }
 
 /* w = J^-1 R^T L */
 static void find_spin(const struct haptable_body* body, struct haptable_body_state* state) {
     const struct frame f = frame_of(state->turn);
-    float momentum[3];
-    float along[3];
+    float momentum[3], along[3];
     vec_sub(state->momentum_n_m_s, state->momentum_low_n_m_s, momentum);
     to_body(&f, momentum, along);
     solve_inertia(body, along, state->spin_rad_per_s);
@@ -578,25 +530,20 @@ void haptable_body_to_world(const struct haptable_body_state* state, const float
 void haptable_body_kick(const struct haptable_body* body, struct haptable_body_state* state, const float at_m[3],
                         const float force_n[3]) {
     const struct frame f = frame_of(state->turn);
-    float along[3];
-    float arm[3];
-    float part[3];
-    int i;
+    float along[3], arm[3], part[3];
     vec_sub(at_m, body->centre_m, along);
     to_world(&f, along, arm);
     vec_cross(arm, force_n, part);
     vec_scale(DT, part);
     add_whole_vector(part, state->momentum_n_m_s, state->momentum_low_n_m_s);
-    for (i = 0; i < 3; ++i) part[i] = force_n[i] * (DT / body->mass_kg);
+    for (int i = 0; i < 3; ++i) part[i] = force_n[i] * (DT / body->mass_kg);
     add_whole_vector(part, state->velocity_m_per_s, state->velocity_low_m_per_s);
     find_spin(body, state);
 }
 
 void haptable_body_give(const struct haptable_body* body, const float at_m[3], const float force_n[3],
                         float moved_m[3]) {
-    float arm[3];
-    float moment[3];
-    float spin[3];
+    float arm[3], moment[3], spin[3];
     vec_sub(at_m, body->centre_m, arm);
     vec_cross(arm, force_n, moment);
     solve_inertia(body, moment, spin);
@@ -607,17 +554,15 @@ void haptable_body_give(const struct haptable_body* body, const float at_m[3], c
 
 /* 1 where anything but weight may act on the body. */
 static int is_suspended(const struct haptable_body* body) {
-    int i;
     float any = 0.0f;
-    for (i = 0; i < 3; ++i)
+    for (int i = 0; i < 3; ++i)
         any += body->stiffness_n_per_m[i] + body->damping_n_s_per_m[i] + body->turn_stiffness_n_m[i] +
                body->turn_damping_n_m_s[i];
     return any > 0.0f;
 }
 
 static int is_carried(const struct haptable_body* body, const struct touch touch[]) {
-    uint32_t i;
-    for (i = 0; i < points_of(body); ++i)
+    for (uint32_t i = 0; i < points_of(body); ++i)
         if (touch[i].carries) return 1;
     return 0;
 }
@@ -627,14 +572,11 @@ void haptable_body_move(const struct haptable_body* body, struct haptable_body_s
     struct touch touch[HAPTABLE_BODY_POINTS];
     const struct frame f = frame_of(state->turn);
     const struct floor_axes floor = floor_axes_of(body, &f);
-    float motion[6];
-    float moment[3];
-    float velocity[3];
-    int i;
+    float motion[6], moment[3], velocity[3];
     vec_sub(state->velocity_m_per_s, state->velocity_low_m_per_s, velocity);
     to_body(&f, velocity, s.before);
     vec_copy(state->spin_rad_per_s, s.before + 3);
-    for (i = 0; i < 6; ++i) motion[i] = s.before[i];
+    for (int i = 0; i < 6; ++i) motion[i] = s.before[i];
     s.is_turned = is_suspended(body) || body->point_count != 0;
     s.is_bent = body->turn_stiffness_n_m[0] + body->turn_stiffness_n_m[1] + body->turn_stiffness_n_m[2] > 0.0f;
     add_body(body, state, &f, &s);

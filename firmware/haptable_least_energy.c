@@ -64,9 +64,8 @@ static float second_of(const float h[3], int c, int d) { return c == 0 || d == 0
 /* H^-1 11 12 22; 0 where H is not positive definite beyond rounding. */
 static int invert(const float h[3], float inverse[3]) {
     const float determinant = h[0] * h[2] - h[1] * h[1];
-    float scale;
     if (!(h[0] > 0.0f && h[2] > 0.0f && determinant > LEAST_DETERMINANT * h[0] * h[2])) return 0;
-    scale = 1.0f / determinant;
+    const float scale = 1.0f / determinant;
     inverse[0] = h[2] * scale;
     inverse[1] = -h[1] * scale;
     inverse[2] = h[0] * scale;
@@ -113,27 +112,19 @@ static int direction_over_curvature(const struct haptable_energy* e, float d[3])
     const float* h = e->hessian_j;
     const float* g = e->gauss_newton_j;
     const float determinant = g[0] * g[2] - g[1] * g[1];
-    float mean;
-    float half2;
-    float half;
-    float less;
-    float more;
-    float across;
-    float inverse[3];
-    float slope[2];
-    float more_d[3];
-    int c;
+    float inverse[3], slope[2], more_d[3];
     if (!invert(g, inverse)) return 0;
     newton_by(inverse, e->gradient_j, d);
-    mean = 0.5f * (h[0] * g[2] - 2.0f * h[1] * g[1] + h[2] * g[0]) / determinant;
-    half2 = mean * mean - (h[0] * h[2] - h[1] * h[1]) / determinant;
-    half = half2 > EQUAL_CURVATURES * mean * mean && half2 > NO_CURVATURE2 ? half2 * vec_inverse_root(half2) : 0.0f;
-    more = 1.0f / curvature_taken(mean + half);
-    less = 1.0f / curvature_taken(mean - half);
-    across = half > 0.0f ? 0.5f * (more - less) / half : 0.0f;
+    const float mean = 0.5f * (h[0] * g[2] - 2.0f * h[1] * g[1] + h[2] * g[0]) / determinant;
+    const float half2 = mean * mean - (h[0] * h[2] - h[1] * h[1]) / determinant;
+    const float half =
+        half2 > EQUAL_CURVATURES * mean * mean && half2 > NO_CURVATURE2 ? half2 * vec_inverse_root(half2) : 0.0f;
+    const float more = 1.0f / curvature_taken(mean + half);
+    const float less = 1.0f / curvature_taken(mean - half);
+    const float across = half > 0.0f ? 0.5f * (more - less) / half : 0.0f;
     times_hessian(h, d, slope);
     newton_by(inverse, slope, more_d);
-    for (c = 0; c < 3; ++c) d[c] = 0.5f * (more + less) * d[c] - across * (more_d[c] + mean * d[c]);
+    for (int c = 0; c < 3; ++c) d[c] = 0.5f * (more + less) * d[c] - across * (more_d[c] + mean * d[c]);
     return 1;
 }
 
@@ -168,16 +159,14 @@ static float direction_along(const struct haptable_energy* e, int a, int b, floa
 
 /* 1 where the direction keeps every coordinate that is zero from falling below. */
 static int stays_inside(const float alpha[3], const float d[3]) {
-    int c;
-    for (c = 0; c < 3; ++c)
+    for (int c = 0; c < 3; ++c)
         if (alpha[c] == 0.0f && d[c] < 0.0f) return 0;
     return 1;
 }
 
 /* 1 where d is longer than the tolerance. */
 static int is_long(const struct haptable_model* model, uint16_t patch, const float d[3]) {
-    float edge1[3];
-    float edge2[3];
+    float edge1[3], edge2[3];
     float step[3] = {0.0f, 0.0f, 0.0f};
     vec_sub(vertex_of(model, patch, 1), vertex_of(model, patch, 0), edge1);
     vec_sub(vertex_of(model, patch, 2), vertex_of(model, patch, 0), edge2);
@@ -190,9 +179,8 @@ static int is_long(const struct haptable_model* model, uint16_t patch, const flo
  * by how much E is foreseen to fall, 0 where neither does. */
 static float direction_from_vertex(const struct point* point, int vertex, float d[3]) {
     float best = 0.0f;
-    int turn;
     vec_zero(d);
-    for (turn = 1; turn <= 2; ++turn) {
+    for (int turn = 1; turn <= 2; ++turn) {
         const int other = turn == 1 ? next_corner(vertex) : previous_corner(vertex);
         float along[3];
         const float fall = direction_along(&point->energy, vertex, other, along);
@@ -209,10 +197,9 @@ static float direction_from_vertex(const struct point* point, int vertex, float 
 
 /* The same point on another patch that shares its edge or vertex. */
 static void put_on(const struct haptable_model* model, const struct point* from, uint16_t patch, struct point* to) {
-    int corner;
     to->at.patch = patch;
     vec_zero(to->at.alpha);
-    for (corner = 0; corner < 3; ++corner)
+    for (int corner = 0; corner < 3; ++corner)
         if (from->at.alpha[corner] > 0.0f)
             to->at.alpha[corner_of(model, patch, model->patch[from->at.patch][corner])] = from->at.alpha[corner];
     vec_copy(from->at.god_object_m, to->at.god_object_m);
@@ -275,8 +262,7 @@ static int falls_along_edge(const struct point* point, int corner) {
  * squared, N^2. */
 static float falls_along_edges(const struct haptable_model* model, const struct point* point, int corner) {
     float sum = 0.0f;
-    int turn;
-    for (turn = 1; turn <= 2; ++turn) {
+    for (int turn = 1; turn <= 2; ++turn) {
         const int other = turn == 1 ? next_corner(corner) : previous_corner(corner);
         const float slope = slope_towards(point, other);
         if (slope < 0.0f) sum += slope * slope / gap2(vertex_of(model, point->at.patch, other), point->at.god_object_m);
@@ -297,9 +283,8 @@ static int direction_on_vertex(struct walk* walk, int corner, struct point* here
     uint16_t patch = here->at.patch;
     struct point next;
     while (walk->steps < (most > 0.0f ? STEPS_OF_SEARCH : HAPTABLE_ENERGY_STEPS) && fan_next(walk->model, &fan)) {
-        float falls;
         see_from(walk, here, fan.patch, &next);
-        falls = falls_along_edges(walk->model, &next, fan.corner);
+        const float falls = falls_along_edges(walk->model, &next, fan.corner);
         if (falls <= most) continue;
         most = falls;
         patch = fan.patch;
@@ -353,8 +338,7 @@ static int is_down(const struct haptable_energy* from, const struct haptable_ene
 /* Goes along d, half as far where that does not lead down. Returns 0, and stays, where none of eight tries does. */
 static int advance(struct walk* walk, const float d[3], struct point* here) {
     float t = 1.0f;
-    int tries;
-    for (tries = 0; tries < 8 && walk->steps < HAPTABLE_ENERGY_STEPS; ++tries) {
+    for (int tries = 0; tries < 8 && walk->steps < HAPTABLE_ENERGY_STEPS; ++tries) {
         struct point next;
         const float gone = haptable_patch_move(walk->model, &here->at, d, t, &next.at);
         evaluate(walk, &next);
@@ -382,8 +366,7 @@ static int slide(struct walk* walk, struct point* here) {
  * off it. */
 static int move_on(const struct haptable_model* model, const float d[3], struct haptable_contact* point) {
     float alpha[3];
-    int c;
-    for (c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
         alpha[c] = point->alpha[c] + d[c];
         if (point->alpha[c] == 0.0f ? d[c] != 0.0f : alpha[c] <= 0.0f) return 0;
     }
@@ -424,8 +407,7 @@ static int correction(struct walk* walk, const struct point* here, float d[3]) {
 
 /* 1 where the correction is so small that it ends the tick. */
 static int is_small(const float d[3]) {
-    int c;
-    for (c = 0; c < 3; ++c)
+    for (int c = 0; c < 3; ++c)
         if (!(d[c] < HAPTABLE_CORRECTION && d[c] > -HAPTABLE_CORRECTION)) return 0;
     return 1;
 }
@@ -461,9 +443,8 @@ static void correct(struct walk* walk, const float d[3], const struct haptable_c
  * dx. */
 static void sensitivity_in_plane(const struct haptable_energy* e, float sensitivity_per_m[2][3]) {
     float inverse[3];
-    int b;
     if (!invert(e->hessian_j, inverse)) return;
-    for (b = 0; b < 2; ++b) {
+    for (int b = 0; b < 2; ++b) {
         vec_add_scaled(-inverse[b], e->load_gradient_n[0], sensitivity_per_m[b]);
         vec_add_scaled(-inverse[b + 1], e->load_gradient_n[1], sensitivity_per_m[b]);
     }
@@ -498,14 +479,12 @@ static void find_sensitivity(const struct point* here, struct haptable_servo* se
 /* Goes as the minimum goes with the finger. Returns 0, and stays, where the correction to that is not small. */
 static int follow(struct walk* walk, float sensitivity_per_m[2][3], const float from_m[3], struct point* here) {
     const struct haptable_contact start = here->at;
-    struct haptable_contact end;
-    float motion[3];
-    float d[3];
+    float motion[3], d[3];
     vec_sub(walk->x_m, from_m, motion);
     direction_of(vec_dot(sensitivity_per_m[0], motion), vec_dot(sensitivity_per_m[1], motion), d);
     if (move_on(walk->model, d, &here->at)) {
         evaluate(walk, here);
-        end = here->at;
+        struct haptable_contact end = here->at;
         if (correction(walk, here, d) && is_small(d) && move_on(walk->model, d, &end)) {
             correct(walk, d, &end, here);
             walk->is_taken = 1;
@@ -526,9 +505,7 @@ static inline int presses_under(const float normal[3], const float u[3], const f
 }
 
 static int presses_on(const struct haptable_model* model, uint16_t patch, const float u[3], const float load_n[3]) {
-    float edge1[3];
-    float edge2[3];
-    float normal[3];
+    float edge1[3], edge2[3], normal[3];
     patch_frame(model, patch, edge1, edge2, normal);
     return presses_under(normal, u, load_n);
 }
@@ -558,11 +535,10 @@ static int presses_on_edge(const struct haptable_model* model, const struct hapt
 static int presses_on_border(const struct haptable_model* model, const struct haptable_contact* here,
                              const float load_n[3], const float x_m[3]) {
     struct haptable_contact at = *here;
-    enum place_on_patch feature;
     int corner = 0;
     float u[3];
     haptable_patch_onto_border(model, &at);
-    feature = feature_of(at.alpha, &corner);
+    const enum place_on_patch feature = feature_of(at.alpha, &corner);
     vec_sub(x_m, at.god_object_m, u);
     if (feature == ON_EDGE) return presses_on_edge(model, &at, corner, u, load_n);
     if (!presses_on(model, at.patch, u, load_n)) return 0;
@@ -577,10 +553,7 @@ static int presses_on_border(const struct haptable_model* model, const struct ha
 /* 1 where the finger is surely inside at the god-object: it presses on all patches there. */
 static inline int surely_presses(const struct haptable_model* model, const struct haptable_contact* at,
                                  const float load_n[3], const float x_m[3]) {
-    float edge1[3];
-    float edge2[3];
-    float normal[3];
-    float u[3];
+    float edge1[3], edge2[3], normal[3], u[3];
     if (haptable_patch_is_on_rim(at->alpha)) return presses_on_border(model, at, load_n, x_m);
     patch_frame(model, at->patch, edge1, edge2, normal);
     if (model->slivers && model->slivers->is_thin && haptable_patch_has_thin_frame(model, edge1, edge2, normal))
@@ -606,7 +579,6 @@ static enum haptable_sight look(struct walk* walk, struct haptable_servo* servo,
                                 enum haptable_sight earlier) {
     struct haptable_contact nearest = here->at;
     enum haptable_sight sight = earlier;
-    int rests;
     if (earlier == HAPTABLE_SIGHT_UNFINISHED) return sight;
     if (surely_presses(walk->model, &here->at, here->energy.load_n, walk->x_m)) {
         servo->slide_patch = HAPTABLE_NONE;
@@ -615,7 +587,7 @@ static enum haptable_sight look(struct walk* walk, struct haptable_servo* servo,
     if (earlier != HAPTABLE_SIGHT_BLOCKED) sight = look_from(walk, servo, &here->at);
     if (sight == HAPTABLE_SIGHT_CLEAR || sight == HAPTABLE_SIGHT_UNFINISHED) return sight;
     if (sight == HAPTABLE_SIGHT_INSIDE && !walk->rests) return sight; /* it goes on: asked again where it rests */
-    rests = haptable_contact_slide_on(walk->model, servo, walk->x_m, &nearest, &walk->nearest_steps);
+    const int rests = haptable_contact_slide_on(walk->model, servo, walk->x_m, &nearest, &walk->nearest_steps);
     if (gap2(nearest.god_object_m, here->at.god_object_m) > 0.0f) sight = look_from(walk, servo, &nearest);
     return rests || sight == HAPTABLE_SIGHT_CLEAR ? sight : HAPTABLE_SIGHT_UNFINISHED;
 }
@@ -671,14 +643,12 @@ static int falls_around(struct walk* walk, int corner, const struct point* here,
 int haptable_contact_falls(const struct haptable_model* model, const float x_m[3], int most, uint16_t* looks,
                            struct haptable_contact* contact) {
     struct walk walk = {.model = model, .x_m = x_m, .steps = HAPTABLE_ENERGY_STEPS - most + (int)*looks};
-    struct point here;
-    struct point seen;
+    struct point here, seen;
     int corner = 0;
-    int falls;
     here.at = *contact;
     vec_copy(contact->load_n, here.energy.load_n); /* cppcheck-suppress uninitvar ; it is written here */
-    falls = feature_of(contact->alpha, &corner) == ON_EDGE ? falls_across(&walk, corner, &here, &seen)
-                                                           : falls_around(&walk, corner, &here, &seen);
+    const int falls = feature_of(contact->alpha, &corner) == ON_EDGE ? falls_across(&walk, corner, &here, &seen)
+                                                                     : falls_around(&walk, corner, &here, &seen);
     if (falls) {
         contact->patch = seen.at.patch;
         vec_copy(seen.at.alpha, contact->alpha);
@@ -750,9 +720,8 @@ void haptable_god_object_least_energy(const struct haptable_model* model, struct
     int is_new = contact->patch == HAPTABLE_NONE;
     struct walk walk = {.model = model, .x_m = x_m, .freed = haptable_freed_contact(model, servo)};
     struct point here;
-    int slides;
     if (is_new && !haptable_surface_enter(model, servo, x_m)) return;
-    for (slides = 0; slides < HAPTABLE_SLIDES; ++slides) {
+    for (int slides = 0; slides < HAPTABLE_SLIDES; ++slides) {
         minimise(&walk, servo, is_new, &here);
         *contact = here.at;
         vec_copy(here.energy.load_n, contact->load_n);

@@ -17,10 +17,8 @@ static void shape_at(const struct haptable_modes* modes, const struct haptable_m
     const float(*row[6])[3];
     float weight[6];
     int count = 0;
-    int c;
-    int k;
     if (patch == HAPTABLE_NONE) return;
-    for (c = 0; c < modes->controls; ++c) {
+    for (int c = 0; c < modes->controls; ++c) {
         const uint16_t vertex = model->patch[patch][c % 3];
         uint32_t control = vertex;
         if (modes->controls == 3 && vertex >= model->free_count) continue;
@@ -31,9 +29,9 @@ static void shape_at(const struct haptable_modes* modes, const struct haptable_m
         }
         row[count++] = &modes->shape[control * modes->count];
     }
-    for (k = 0; k < modes->count; ++k) {
+    for (int k = 0; k < modes->count; ++k) {
         float sum[3] = {0.0f, 0.0f, 0.0f};
-        for (c = 0; c < count; ++c) vec_add_scaled(weight[c], row[c][k], sum);
+        for (int c = 0; c < count; ++c) vec_add_scaled(weight[c], row[c][k], sum);
         vec_copy(sum, shape[k]);
     }
 }
@@ -42,8 +40,7 @@ static void shape_at(const struct haptable_modes* modes, const struct haptable_m
 
 /* A block on the diagonal, by its lower half. */
 static void block_at(float (*a)[HAPTABLE_ROWS], int at, float block[6]) {
-    int i;
-    for (i = 0; i < 3; ++i) block[i] = a[at + i][at + i];
+    for (int i = 0; i < 3; ++i) block[i] = a[at + i][at + i];
     block[3] = a[at + 1][at];
     block[4] = a[at + 2][at + 1];
     block[5] = a[at + 2][at];
@@ -51,21 +48,14 @@ static void block_at(float (*a)[HAPTABLE_ROWS], int at, float block[6]) {
 
 /* a x = b of three rows or six, by blocks of three: a is positive definite. b becomes x. */
 static void solve_rows(int rows, float (*a)[HAPTABLE_ROWS], float b[HAPTABLE_ROWS]) {
-    float first[6];
-    float second[6];
-    float inverse[6];
-    float x[9];
-    float xm[9];
-    float n[6];
-    float t[3];
-    int i;
+    float first[6], second[6], inverse[6], x[9], xm[9], n[6], t[3];
     block_at(a, 0, first);
     if (rows == 3) {
         sym_solve_once(first, b, b);
         return;
     }
     block_at(a, 3, second);
-    for (i = 0; i < 3; ++i) vec_copy(a[3 + i], &x[3 * i]);
+    for (int i = 0; i < 3; ++i) vec_copy(a[3 + i], &x[3 * i]);
     sym_invert(first, inverse);
     sym_reduce(second, x, inverse, xm, n);
     mat_product(xm, b, t);
@@ -87,8 +77,7 @@ static float free_change(const struct haptable_mode* mode, float q, float p) {
 static float along(const struct haptable_modes_state* state, haptable_shapes shape, int k,
                    const struct haptable_modes_load* load) {
     float force = 0.0f;
-    int f;
-    for (f = 0; f < HAPTABLE_FINGERS; ++f)
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f)
         if (state->met[f].patch != HAPTABLE_NONE) force += vec_dot(shape[f][k], &load->load_n[3 * f]);
     return force;
 }
@@ -98,47 +87,42 @@ static void find_load(const struct haptable_modes* modes, const struct haptable_
                       haptable_shapes shape, struct haptable_modes_load* load) {
     const int rows = load->presses > 1u ? HAPTABLE_ROWS : 3;
     float more[HAPTABLE_ROWS];
-    int f;
-    int k;
-    int i;
-    int j;
-    for (i = 0; i < rows; ++i) more[i] = load->moved_m[i];
-    for (k = 0; k < modes->count; ++k) {
+    for (int i = 0; i < rows; ++i) more[i] = load->moved_m[i];
+    for (int k = 0; k < modes->count; ++k) {
         const struct haptable_mode* mode = &modes->mode[k];
         const float goes = free_change(mode, state->q[k], state->p[k]) + mode->q_by_f * along(state, shape, k, load);
-        for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+        for (int f = 0; f < HAPTABLE_FINGERS; ++f) {
             const float* row = shape[f][k];
             if ((load->presses >> f & 1u) == 0u) continue;
             vec_add_scaled(-0.5f * goes, row, &more[3 * f]);
             HAPTABLE_UNROLLED
-            for (i = 0; i < 3; ++i) {
+            for (int i = 0; i < 3; ++i) {
                 const float part = 0.5f * mode->q_by_f * row[i];
                 float* c = load->compliance[3 * f + i];
                 if (load->presses == 3u && f == 1) vec_add_scaled(part, shape[0][k], c);
                 HAPTABLE_UNROLLED
-                for (j = 0; j <= i; ++j) c[3 * f + j] += part * row[j];
+                for (int j = 0; j <= i; ++j) c[3 * f + j] += part * row[j];
             }
         }
     }
     solve_rows(rows, load->compliance, more);
-    for (i = 0; i < rows; ++i) load->load_n[i] += more[i];
+    for (int i = 0; i < rows; ++i) load->load_n[i] += more[i];
 }
 
 void haptable_modes_advance(const struct haptable_modes* modes, const struct haptable_model* model,
                             struct haptable_modes_state* state, struct haptable_modes_load* load) {
     haptable_shapes shape;
-    int f;
-    int k;
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) shape_at(modes, model, state->met[f].patch, state->met[f].alpha, shape[f]);
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f)
+        shape_at(modes, model, state->met[f].patch, state->met[f].alpha, shape[f]);
     if (load->presses != 0u) find_load(modes, state, shape, load);
-    for (k = 0; k < modes->count; ++k) {
+    for (int k = 0; k < modes->count; ++k) {
         const struct haptable_mode* mode = &modes->mode[k];
         const float q = state->q[k];
         const float p = state->p[k];
         const float force = along(state, shape, k, load);
         add_whole(free_change(mode, q, p) + mode->q_by_f * force, &state->q[k], &state->q_low[k]);
         add_whole(mode->p_by_q * q + mode->p_by_p * p + mode->q_by_p * force, &state->p[k], &state->p_low[k]);
-        for (f = 0; f < HAPTABLE_FINGERS; ++f)
+        for (int f = 0; f < HAPTABLE_FINGERS; ++f)
             if (state->met[f].patch != HAPTABLE_NONE)
                 vec_add_scaled(state->q[k] - q, shape[f][k], state->met[f].shift_m);
     }
@@ -150,10 +134,8 @@ void haptable_modes_follow(const struct haptable_modes* modes, const struct hapt
                            struct haptable_modes_state* state, int finger, const struct haptable_contact* contact,
                            const float load_n[3], float* credit_j) {
     struct haptable_met* met = &state->met[finger];
-    float shape[HAPTABLE_MODES][3];
-    float apart_m[3];
+    float shape[HAPTABLE_MODES][3], apart_m[3];
     float part = 1.0f;
-    int k;
     if (contact->patch != HAPTABLE_NONE) {
         met->patch = contact->patch;
         vec_copy(contact->alpha, met->alpha);
@@ -161,7 +143,7 @@ void haptable_modes_follow(const struct haptable_modes* modes, const struct hapt
     if (met->patch == HAPTABLE_NONE) return;
     shape_at(modes, model, met->patch, met->alpha, shape);
     vec_zero(apart_m);
-    for (k = 0; k < modes->count; ++k) vec_add_scaled(state->q[k], shape[k], apart_m);
+    for (int k = 0; k < modes->count; ++k) vec_add_scaled(state->q[k], shape[k], apart_m);
     vec_add_scaled(-1.0f, met->shift_m, apart_m);
     if (contact->patch != HAPTABLE_NONE) {
         const float cost_j =
@@ -174,15 +156,13 @@ void haptable_modes_follow(const struct haptable_modes* modes, const struct hapt
 
 void haptable_modes_init(struct haptable_modes_state* state) {
     static const struct haptable_modes_state fresh = {0};
-    int f;
     *state = fresh;
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) state->met[f].patch = HAPTABLE_NONE;
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f) state->met[f].patch = HAPTABLE_NONE;
 }
 
 float haptable_modes_energy(const struct haptable_modes* modes, const struct haptable_modes_state* state) {
     float twice_j = 0.0f;
-    int k;
-    for (k = 0; k < modes->count; ++k)
+    for (int k = 0; k < modes->count; ++k)
         twice_j += state->p[k] * state->p[k] + modes->mode[k].stiffness * state->q[k] * state->q[k];
     return 0.5f * twice_j;
 }

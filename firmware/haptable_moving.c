@@ -32,9 +32,8 @@ struct fingers {
 static void to_body(const struct haptable_scene* scene, void* state, const struct haptable_input in[],
                     struct fingers* fingers) {
     const struct haptable_account* account = haptable_scene_account(scene, state);
-    int f;
     fingers->count = haptable_scene_fingers(scene);
-    for (f = 0; f < fingers->count; ++f) {
+    for (int f = 0; f < fingers->count; ++f) {
         const struct haptable_past* past = &account->past[f];
         const float most2 = HAPTABLE_FAST_SEGMENT_M * HAPTABLE_FAST_SEGMENT_M;
         float hand_m[3];
@@ -58,19 +57,18 @@ static void ring(const struct haptable_scene* scene, void* state, struct fingers
     const struct haptable_account* account = haptable_scene_account(scene, state);
     struct haptable_modes_state* modes = haptable_scene_modes(scene, state);
     struct haptable_modes_load load;
-    int f;
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f) {
         vec_zero(&load.load_n[3 * f]);
         vec_zero(&load.moved_m[3 * f]);
     }
     load.presses = scene->rows(scene, state, account->past, load.compliance);
-    for (f = 0; f < fingers->count; ++f) {
+    for (int f = 0; f < fingers->count; ++f) {
         if ((load.presses >> f & 1u) == 0u) continue;
         vec_copy(account->past[f].load_n, &load.load_n[3 * f]);
         vec_add_scaled(scene->rigid ? 0.5f : 1.0f, fingers->moved_m[f], &load.moved_m[3 * f]);
     }
     scene->ringing->advance(scene->modes, scene->model, modes, &load);
-    for (f = 0; f < fingers->count; ++f) vec_sub(fingers->at_m[f], modes->met[f].shift_m, fingers->felt_m[f]);
+    for (int f = 0; f < fingers->count; ++f) vec_sub(fingers->at_m[f], modes->met[f].shift_m, fingers->felt_m[f]);
 }
 
 /* A release brakes the hand, and not only the finger as the surface has it: what of it pushes the hand is left out, and
@@ -78,10 +76,9 @@ static void ring(const struct haptable_scene* scene, void* state, struct fingers
 static void brake_only(const struct haptable_model* model, const float moved_m[3], struct haptable_servo* servo,
                        struct haptable_output* out) {
     const float given_j = vec_dot(servo->released_n, moved_m);
-    float by;
     if (!(given_j > 0.0f)) return;
     servo->owed_j = servo->owed_j > given_j ? servo->owed_j - given_j : 0.0f;
-    by = -given_j / vec_dot(moved_m, moved_m);
+    const float by = -given_j / vec_dot(moved_m, moved_m);
     vec_add_scaled(by, moved_m, servo->released_n);
     vec_add_scaled(by, moved_m, out->force_n);
     (void)haptable_force_clamp(model->max_force_n, out->force_n);
@@ -90,8 +87,7 @@ static void brake_only(const struct haptable_model* model, const float moved_m[3
 /* A release is no load of the contact, whose energy the account is of. */
 static void find_loads(const struct haptable_scene* scene, void* state, struct fingers* fingers,
                        struct haptable_output out[]) {
-    int f;
-    for (f = 0; f < fingers->count; ++f) {
+    for (int f = 0; f < fingers->count; ++f) {
         struct haptable_servo* servo = haptable_scene_servo(state, f);
         vec_zero(fingers->load_n[f]);
         if (scene->model->release && out[f].state != HAPTABLE_LIMITED) {
@@ -113,8 +109,7 @@ static void dent_of(const struct fingers* fingers, int f, const struct haptable_
 static float stored_of(const struct haptable_scene* scene, void* state, struct fingers* fingers,
                        const struct haptable_output out[]) {
     float work_j = 0.0f;
-    int f;
-    for (f = 0; f < fingers->count; ++f) {
+    for (int f = 0; f < fingers->count; ++f) {
         float dent_m[3];
         dent_of(fingers, f, &out[f], dent_m);
         work_j += vec_dot(fingers->load_n[f], dent_m);
@@ -131,18 +126,14 @@ static float stored_of(const struct haptable_scene* scene, void* state, struct f
 #define EASE_TICKS 2.0f
 
 static void ease(const struct haptable_scene* scene, struct fingers* fingers, const struct haptable_output out[]) {
-    int f;
-    for (f = 0; f < fingers->count; ++f) {
-        float dent_m[3];
-        float gives_m[3];
+    for (int f = 0; f < fingers->count; ++f) {
+        float dent_m[3], gives_m[3];
         const float* load_n = fingers->load_n[f];
-        float deep_j;
-        float leaves_j;
         if (!fingers->is_known[f]) continue;
         dent_of(fingers, f, &out[f], dent_m);
         scene->rigid->give(scene->body, fingers->at_m[f], load_n, gives_m);
-        deep_j = vec_dot(load_n, dent_m);
-        leaves_j = vec_dot(load_n, gives_m) - vec_dot(load_n, fingers->moved_m[f]);
+        const float deep_j = vec_dot(load_n, dent_m);
+        float leaves_j = vec_dot(load_n, gives_m) - vec_dot(load_n, fingers->moved_m[f]);
         if (!(leaves_j > 0.0f)) continue;
         leaves_j *= EASE_TICKS;
         fingers->share[f] = leaves_j < deep_j ? 1.0f - leaves_j / deep_j : 0.0f;
@@ -156,8 +147,7 @@ static void settle(const struct haptable_scene* scene, void* state, struct finge
     const float stored_j = stored_of(scene, state, fingers, out);
     float owed_j = account->owed_j + (stored_j - account->stored_j);
     float paid = 1.0f;
-    int f;
-    for (f = 0; f < fingers->count; ++f) {
+    for (int f = 0; f < fingers->count; ++f) {
         const float* past_n = account->past[f].load_n;
         const float* moved_m = fingers->moved_m[f];
         owed_j -= vec_dot(past_n, moved_m);
@@ -165,7 +155,7 @@ static void settle(const struct haptable_scene* scene, void* state, struct finge
             owed_j -= 0.5f * scene->model->stiffness_limit_n_per_m * vec_dot(moved_m, moved_m);
     }
     if (owed_j > 0.0f) paid = owed_j < fingers->stored_j ? 1.0f - owed_j / fingers->stored_j : 0.0f;
-    for (f = 0; f < fingers->count; ++f) fingers->share[f] *= paid;
+    for (int f = 0; f < fingers->count; ++f) fingers->share[f] *= paid;
     account->owed_j = fingers->stored_j > 0.0f || owed_j > 0.0f ? owed_j : 0.0f;
     account->stored_j = stored_j;
 }
@@ -174,15 +164,13 @@ static void settle(const struct haptable_scene* scene, void* state, struct finge
 static void give(const struct haptable_scene* scene, void* state, const struct haptable_input in[],
                  const struct fingers* fingers, struct haptable_output out[]) {
     struct haptable_account* account = haptable_scene_account(scene, state);
-    int f;
-    int corner;
-    for (f = 0; f < fingers->count; ++f) {
+    for (int f = 0; f < fingers->count; ++f) {
         struct haptable_servo* servo = haptable_scene_servo(state, f);
         struct haptable_past* past = &account->past[f];
         if (fingers->share[f] < 1.0f) {
             vec_scale(fingers->share[f], out[f].force_n);
             vec_scale(fingers->share[f], servo->given_n);
-            for (corner = 0; corner < 3; ++corner) vec_scale(fingers->share[f], out[f].nodal_force_n[corner]);
+            for (int corner = 0; corner < 3; ++corner) vec_scale(fingers->share[f], out[f].nodal_force_n[corner]);
         }
         past->is_known = (uint8_t)(in[f].is_there && servo->finger_known);
         vec_zero(past->load_n);
@@ -198,8 +186,7 @@ static void give(const struct haptable_scene* scene, void* state, const struct h
 static void follow(const struct haptable_scene* scene, void* state, const struct fingers* fingers) {
     const struct haptable_account* account = haptable_scene_account(scene, state);
     float credit_j = -account->owed_j;
-    int f;
-    for (f = 0; f < fingers->count; ++f)
+    for (int f = 0; f < fingers->count; ++f)
         scene->ringing->follow(scene->modes, scene->model, haptable_scene_modes(scene, state), f,
                                &haptable_scene_servo(state, f)->contact, account->past[f].load_n, &credit_j);
 }
@@ -208,8 +195,7 @@ static void follow(const struct haptable_scene* scene, void* state, const struct
 static void drift(const struct haptable_scene* scene, void* state, const struct fingers* fingers,
                   struct haptable_output out[]) {
     struct haptable_body_state* body = haptable_scene_body(scene, state);
-    int f;
-    for (f = 0; f < fingers->count; ++f) {
+    for (int f = 0; f < fingers->count; ++f) {
         float force_n[3];
         float load_n[3] = {0.0f, 0.0f, 0.0f};
         if (vec_dot(out[f].force_n, out[f].force_n) == 0.0f) continue;
@@ -224,13 +210,12 @@ static void drift(const struct haptable_scene* scene, void* state, const struct 
 void haptable_moving(const struct haptable_scene* scene, void* state, const struct haptable_input in[], uint32_t now_us,
                      struct haptable_output out[]) {
     struct fingers fingers;
-    int f;
     haptable_scene_begin(scene, state, in, now_us, out);
     to_body(scene, state, in, &fingers);
     if (scene->ringing) ring(scene, state, &fingers);
     scene->contacts(scene, state, in, (const float(*)[3])fingers.felt_m, now_us, out);
     find_loads(scene, state, &fingers, out);
-    for (f = 0; f < fingers.count; ++f) fingers.share[f] = 1.0f;
+    for (int f = 0; f < fingers.count; ++f) fingers.share[f] = 1.0f;
     if (scene->rigid) ease(scene, &fingers, out);
     settle(scene, state, &fingers, out);
     give(scene, state, in, &fingers, out);

@@ -22,7 +22,6 @@ struct loads {
 
 static void see_loads(const struct haptable_pair_model* tables, uint16_t patch, struct loads* to) {
     uint16_t control[HAPTABLE_PAIR_CONTROLS];
-    int c;
     if (tables->load_count > 0) {
         const uint32_t begin = tables->load_begin[patch];
         to->place = &tables->load_place[begin];
@@ -34,7 +33,7 @@ static void see_loads(const struct haptable_pair_model* tables, uint16_t patch, 
     to->share = 0;
     to->count = 0;
     haptable_pair_controls(tables, patch, control);
-    for (c = 0; c < pair_count(tables->law); ++c) {
+    for (int c = 0; c < pair_count(tables->law); ++c) {
         if (control[c] == HAPTABLE_NONE) continue;
         to->own[to->count] = tables->place[control[c]];
         to->control[to->count++] = (uint8_t)c;
@@ -79,11 +78,9 @@ struct loaded {
 
 static void scale_loads(const float weight[], struct loaded* from) {
     const int count = pair_count(from->tables->law);
-    int j;
-    int c;
-    for (j = 0; j < from->of->count; ++j) {
+    for (int j = 0; j < from->of->count; ++j) {
         float v = 0.0f;
-        for (c = 0; c < count; ++c) v += weight[c] * share_of(from->of, j, c);
+        for (int c = 0; c < count; ++c) v += weight[c] * share_of(from->of, j, c);
         from->v[j] = v * from->tables->scale[from->of->place[j]];
     }
 }
@@ -91,7 +88,6 @@ static void scale_loads(const float weight[], struct loaded* from) {
 /* The next clusters that are loaded, from place j on. Returns the place that follows them. */
 static int project(struct loaded* from, int j) {
     const struct haptable_pair_model* tables = from->tables;
-    int r;
     from->runs = 0;
     while (from->runs < RUNS && j < from->of->count) {
         struct run* run = &from->run[from->runs];
@@ -99,12 +95,12 @@ static int project(struct loaded* from, int j) {
         run->cluster = cluster_of(from->of->place[j]);
         run->begin = j;
         run->end = end_of_run(from->of, j);
-        for (r = 0; r < tables->rank; ++r) vec_zero(run->z[r]);
+        for (int r = 0; r < tables->rank; ++r) vec_zero(run->z[r]);
         for (; j < run->end; ++j) {
             const int16_t(*u)[3] = &tables->basis[(size_t)from->of->place[j] * tables->rank];
             if (from->v[j] == 0.0f) continue;
             loads = 1;
-            for (r = 0; r < tables->rank; ++r) {
+            for (int r = 0; r < tables->rank; ++r) {
                 run->z[r][0] += from->v[j] * (float)u[r][0];
                 run->z[r][1] += from->v[j] * (float)u[r][1];
                 run->z[r][2] += from->v[j] * (float)u[r][2];
@@ -126,8 +122,7 @@ struct core {
 
 /* y += w core */
 static inline void add_steps(float w, const int8_t core[9], int is_transposed, float y[9]) {
-    int a;
-    for (a = 0; a < 3; ++a) {
+    for (int a = 0; a < 3; ++a) {
         y[3 * a] += w * (float)core[is_transposed ? a : 3 * a];
         y[3 * a + 1] += w * (float)core[is_transposed ? 3 + a : 3 * a + 1];
         y[3 * a + 2] += w * (float)core[is_transposed ? 6 + a : 3 * a + 2];
@@ -138,13 +133,11 @@ static inline void add_steps(float w, const int8_t core[9], int is_transposed, f
 static void add_dense(const struct loaded* from, const struct run* run, const struct core* core, int is_twice,
                       const uint16_t place[], int places, float (*y)[9]) {
     const size_t bytes = is_twice ? 18u : 9u;
-    int i;
-    int j;
-    for (j = run->begin; j < run->end; ++j) {
+    for (int j = run->begin; j < run->end; ++j) {
         const size_t l = from->of->place[j] % HAPTABLE_PAIR_CLUSTER;
         const float w = from->v[j] * core->step;
         if (w == 0.0f) continue;
-        for (i = 0; i < places; ++i) {
+        for (int i = 0; i < places; ++i) {
             const size_t k = place[i] % HAPTABLE_PAIR_CLUSTER;
             const int8_t* steps = core->first + bytes * (core->row * k + core->column * l);
             add_steps(w, steps, core->is_transposed, y[i]);
@@ -155,12 +148,10 @@ static void add_dense(const struct loaded* from, const struct run* run, const st
 
 /* t += step core z */
 static void add_low_rank(const struct run* run, const struct core* core, int rank, float (*t)[3]) {
-    int r;
-    int b;
-    for (r = 0; r < rank; ++r) {
+    for (int r = 0; r < rank; ++r) {
         const int8_t* steps = core->first + core->row * (size_t)r;
         float sum[3] = {0.0f, 0.0f, 0.0f};
-        for (b = 0; b < rank; ++b, steps += core->column) {
+        for (int b = 0; b < rank; ++b, steps += core->column) {
             const float by = (float)*steps;
             sum[0] += by * run->z[b][0];
             sum[1] += by * run->z[b][1];
@@ -176,13 +167,10 @@ static void respond(const struct loaded* from, const uint16_t place[], int place
     const uint32_t at = cluster_of(place[0]);
     float t[HAPTABLE_PAIR_RANK][3];
     int most = 0;
-    int i;
-    int a;
-    int r;
-    for (i = 0; i < places; ++i)
-        for (a = 0; a < 9; ++a) y[i][a] = 0.0f;
-    for (r = 0; r < HAPTABLE_PAIR_RANK; ++r) vec_zero(t[r]);
-    for (r = 0; r < from->runs; ++r) {
+    for (int i = 0; i < places; ++i)
+        for (int a = 0; a < 9; ++a) y[i][a] = 0.0f;
+    for (int r = 0; r < HAPTABLE_PAIR_RANK; ++r) vec_zero(t[r]);
+    for (int r = 0; r < from->runs; ++r) {
         const struct run* run = &from->run[r];
         const uint32_t of = run->cluster;
         const uint32_t at_core = at >= of ? at * (at + 1u) / 2u + of : of * (of + 1u) / 2u + at;
@@ -202,8 +190,8 @@ static void respond(const struct loaded* from, const uint16_t place[], int place
             if (form > most) most = form;
         }
     }
-    for (i = 0; i < places; ++i)
-        for (r = 0; r < most; ++r) {
+    for (int i = 0; i < places; ++i)
+        for (int r = 0; r < most; ++r) {
             const int16_t* u = tables->basis[(size_t)place[i] * tables->rank + (size_t)r];
             vec_add_scaled((float)u[0], t[r], &y[i][0]);
             vec_add_scaled((float)u[1], t[r], &y[i][3]);
@@ -217,25 +205,21 @@ static void couple(const struct haptable_pair_model* tables, const struct loads*
     const int count = pair_count(tables->law);
     struct loaded from;
     int j = 0;
-    int k;
     from.tables = tables;
     from.of = of;
     scale_loads(weight, &from);
-    for (k = 0; k < count; ++k) {
-        int a;
-        for (a = 0; a < 9; ++a) x[k * next][a] = 0.0f;
+    for (int k = 0; k < count; ++k) {
+        for (int a = 0; a < 9; ++a) x[k * next][a] = 0.0f;
     }
     while (j < of->count) {
-        int begin;
         int end;
         j = project(&from, j);
-        for (begin = 0; begin < at->count; begin = end) {
+        for (int begin = 0; begin < at->count; begin = end) {
             float y[HAPTABLE_PAIR_CLUSTER][9];
-            int i;
             end = end_of_run(at, begin);
             respond(&from, &at->place[begin], end - begin, y);
-            for (i = begin; i < end; ++i)
-                for (k = 0; k < count; ++k) {
+            for (int i = begin; i < end; ++i)
+                for (int k = 0; k < count; ++k) {
                     const float w = tables->scale[at->place[i]] * share_of(at, i, k);
                     if (w != 0.0f) mat_add(w, y[i - begin], x[k * next]);
                 }
@@ -244,8 +228,7 @@ static void couple(const struct haptable_pair_model* tables, const struct loads*
 }
 
 void haptable_pair_cross_clusters(const struct haptable_pair_view* view, uint16_t patch, float (*x)[9]) {
-    struct loads at;
-    struct loads of;
+    struct loads at, of;
     see_loads(view->tables, patch, &at);
     see_loads(view->tables, view->place.patch, &of);
     couple(view->tables, &at, &of, view->place.weight, x, 1);
@@ -254,12 +237,10 @@ void haptable_pair_cross_clusters(const struct haptable_pair_view* view, uint16_
 void haptable_pair_blocks_clusters(const struct haptable_pair_model* tables, uint16_t first, uint16_t second,
                                    float (*block)[9]) {
     const int count = pair_count(tables->law);
-    struct loads at;
-    struct loads of;
-    int l;
+    struct loads at, of;
     see_loads(tables, first, &at);
     see_loads(tables, second, &of);
-    for (l = 0; l < count; ++l) {
+    for (int l = 0; l < count; ++l) {
         float weight[HAPTABLE_PAIR_CONTROLS] = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
         weight[l] = 1.0f;
         couple(tables, &at, &of, weight, block + l, count);

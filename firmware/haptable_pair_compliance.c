@@ -8,12 +8,10 @@ static inline void slope_of(const struct haptable_model* model, int degree, cons
                             struct haptable_pair_point* point, const float v[3], int is_whole,
                             struct haptable_pair_slope* slope) {
     const float by[3] = {v[0], v[1], v[2]}; /* apart from what is written */
-    float first_m[2][3];
-    float second_j[3];
-    int b;
+    float first_m[2][3], second_j[3];
     vary(degree, point->linear, by, point->lifted, first_m);
     if (point->lifted) vary_fraction(model, contact->patch, by, first_m);
-    for (b = 0; b < 2; ++b) {
+    for (int b = 0; b < 2; ++b) {
         const float* e = point->e[b];
         const float* a_v = first_m[b];
         slope->first_j[b] = -vec_dot(e, by) - 0.5f * vec_dot(by, a_v);
@@ -24,7 +22,7 @@ static inline void slope_of(const struct haptable_model* model, int degree, cons
     }
     if (!is_whole) return;
     bend_net(point->net.block, degree, by, point->lifted, second_j);
-    for (b = 0; b < 3; ++b) slope->second_j[b] = -0.5f * second_j[b];
+    for (int b = 0; b < 3; ++b) slope->second_j[b] = -0.5f * second_j[b];
 }
 
 void haptable_pair_slope_consistent(const struct haptable_model* model, const struct haptable_contact* contact,

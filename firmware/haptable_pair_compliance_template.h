@@ -12,8 +12,7 @@ static inline void open_net(const struct net* net, int degree, const float alpha
         const enum place_on_patch feature = feature_of(alpha, &corner);
         quadratic_net(net, alpha, feature, corner, quadratic);
     } else {
-        int n;
-        for (n = 0; n < 6; ++n) quadratic->block[n] = net->block[n];
+        for (int n = 0; n < 6; ++n) quadratic->block[n] = net->block[n];
     }
 }
 
@@ -52,14 +51,12 @@ static inline void open_of(const struct haptable_model* model, const struct hapt
     float room[HAPTABLE_COMPLIANCE_CONTROLS][6];
     struct net net;
     const int kept = HAPTABLE_IS_PACKED ? 6 : 0; /* blocks in `room`, which ends here */
-    int n;
-    int i;
     HAPTABLE_GATHER(model, form, contact->patch, room, &net);
     open_net(&net, form->degree, contact->alpha, &point->net);
-    for (n = 0; n < kept; ++n) {
+    for (int n = 0; n < kept; ++n) {
         const float* block = point->net.block[n];
         if (block == point->net.room[n]) continue;
-        for (i = 0; i < 6; ++i) point->net.room[n][i] = block[i];
+        for (int i = 0; i < 6; ++i) point->net.room[n][i] = block[i];
         point->net.block[n] = point->net.room[n];
     }
     open_place(model, form->degree, contact, finger_m, point);

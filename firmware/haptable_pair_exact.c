@@ -16,13 +16,11 @@ static inline void add_block(const float (*all)[9], uint32_t k, uint32_t l, floa
 void haptable_pair_cross_exact(const struct haptable_pair_view* view, uint16_t patch, float (*x)[9]) {
     const int count = pair_count(view->tables->law);
     uint16_t control[HAPTABLE_FINGERS][HAPTABLE_PAIR_CONTROLS];
-    int i;
-    int j;
     haptable_pair_controls(view->tables, patch, control[0]);
     haptable_pair_controls(view->tables, view->place.patch, control[1]);
-    for (i = 0; i < count; ++i) {
+    for (int i = 0; i < count; ++i) {
         float sum[9] = {0.0f}; /* in registers */
-        for (j = 0; j < count; ++j)
+        for (int j = 0; j < count; ++j)
             add_block(view->tables->block, control[0][i], control[1][j], view->place.weight[j], sum);
         mat_copy(sum, x[i]);
     }
@@ -32,12 +30,10 @@ void haptable_pair_blocks_exact(const struct haptable_pair_model* tables, uint16
                                 float (*block)[9]) {
     const int count = pair_count(tables->law);
     uint16_t control[HAPTABLE_FINGERS][HAPTABLE_PAIR_CONTROLS];
-    int i;
-    int j;
     haptable_pair_controls(tables, first, control[0]);
     haptable_pair_controls(tables, second, control[1]);
-    for (i = 0; i < count; ++i)
-        for (j = 0; j < count; ++j, ++block) {
+    for (int i = 0; i < count; ++i)
+        for (int j = 0; j < count; ++j, ++block) {
             float one[9] = {0.0f};
             add_block(tables->block, control[0][i], control[1][j], 1.0f, one);
             mat_copy(one, *block);

@@ -38,11 +38,9 @@ static void put_load(const struct haptable_model* model, const struct haptable_c
                      float nodal_force_n[3][3], float force_n[3]) {
     const float by[3] = {v[0], v[1], v[2]}; /* apart from what is written */
     float sum[3] = {0.0f, 0.0f, 0.0f};
-    int corner;
-    for (corner = 0; corner < 3; ++corner) {
+    for (int corner = 0; corner < 3; ++corner) {
         const float w = contact->alpha[corner];
-        float room[6];
-        float f[3];
+        float room[6], f[3];
         vec_symmetric_product(corner_block(model, model->patch[contact->patch][corner], room), by, f);
         f[0] *= w;
         f[1] *= w;
@@ -78,18 +76,16 @@ static void slope_at(const struct haptable_model* model, const struct haptable_c
     float(*e)[3] = point->e;
     float by[3]; /* apart from what is written */
     float from[3];
-    int b;
     (void)model;
     (void)contact;
     vec_copy(v, by);
     vec_sub(point->u, by, from);
-    for (b = 0; b < 2; ++b) {
+    for (int b = 0; b < 2; ++b) {
         const float* one = point->net.block[b + 1];
         const float first[6] = {one[0] - zero[0], one[1] - zero[1], one[2] - zero[2],
                                 one[3] - zero[3], one[4] - zero[4], one[5] - zero[5]};
         float s_v[3]; /* S_b v */
-        float s_e[3];
-        float y[3];
+        float s_e[3], y[3];
         vec_symmetric_product(first, by, s_v);
         vec_symmetric_product(first, from, y);
         vec_symmetric_product(point->own.a, e[b], s_e);

@@ -70,14 +70,12 @@ static void solve_one(const struct haptable_pair_model* tables, struct haptable_
     struct haptable_pair_view* view = &pair->view[finger];
     float* v = view->v;
     struct haptable_pair_own own;
-    struct sym_factored factored;
-    float u[3];
-    float dent[3];
+    float u[3], dent[3];
     own_of(tables, pair, finger, servo->finger_m, &own);
     haptable_pair_inwards(view, &servo->contact, servo->finger_m, u);
     vec_sub(servo->finger_m, servo->contact.god_object_m, dent);
     pair_felt(view, dent, dent);
-    factored = sym_factor(own.a);
+    const struct sym_factored factored = sym_factor(own.a);
     sym_solve(&factored, own.s, v);
     pair->touches[finger] = !is_off && (!(vec_dot(u, dent) < 0.0f) || grabs(servo));
     pair->touches[1 - finger] = 0;
@@ -139,13 +137,11 @@ static void put_raised(const struct haptable_pair_model* tables, const float mov
  * other has lowered it has still to reach. */
 static void begin_on_raised(const struct haptable_pair_model* tables, struct haptable_pair* pair, int finger) {
     struct coupled both;
-    float normal[3];
-    float moved_m[3];
-    float along;
+    float normal[3], moved_m[3];
     normal_of(tables, pair, finger, normal);
     couple(tables, pair, &both);
     moved_by_other(tables, pair, finger, &both, moved_m);
-    along = vec_dot(normal, moved_m);
+    const float along = vec_dot(normal, moved_m);
     put_raised(tables, moved_m, normal, along > 0.0f ? along : 0.0f, pair->view[finger].raised_m);
 }
 
@@ -158,17 +154,14 @@ static int begin_again(const struct haptable_pair_model* tables, struct haptable
     float normal[3];
     float moved_m[3] = {0.0f, 0.0f, 0.0f};
     float raised_before_m[3];
-    float along;
-    float was;
-    int presses;
     normal_of(tables, pair, finger, normal);
     vec_copy(raised_m, raised_before_m);
     if (both && pair->touches[1 - finger]) moved_by_other(tables, pair, finger, both, moved_m);
     vec_sub(moved_m, pair->servo[finger].finger_m, moved_m);
     vec_add_scaled(1.0f, pair->servo[finger].contact.god_object_m, moved_m);
-    along = vec_dot(normal, moved_m); /* from the finger up to the surface */
-    was = vec_dot(normal, raised_m);
-    presses = was < along && (!tables->energy || pair->view[finger].left_ticks > 1);
+    float along = vec_dot(normal, moved_m); /* from the finger up to the surface */
+    const float was = vec_dot(normal, raised_m);
+    const int presses = was < along && (!tables->energy || pair->view[finger].left_ticks > 1);
     if (presses) along = was;
     put_raised(tables, moved_m, normal, along > 0.0f ? along : 0.0f, raised_m);
     if (both && gap2(raised_m, raised_before_m) > 0.0f) tell_other(tables, pair, finger, both);
@@ -177,8 +170,7 @@ static int begin_again(const struct haptable_pair_model* tables, struct haptable
 
 /* Of two that meet the surface at once neither has moved it yet. */
 static void begin_contacts(const struct haptable_pair_model* tables, struct haptable_pair* pair) {
-    int f;
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f) {
         const struct haptable_servo* servo = &pair->servo[f];
         struct haptable_pair_view* view = &pair->view[f];
         if (!has_contact(servo)) pair->touches[f] = 0;
@@ -188,15 +180,14 @@ static void begin_contacts(const struct haptable_pair_model* tables, struct hapt
         view->met = servo->counters.contacts;
         vec_zero(view->raised_m);
     }
-    for (f = 0; f < HAPTABLE_FINGERS; ++f)
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f)
         if (pair->view[f].is_new && !pair->view[1 - f].is_new && pair->touches[1 - f]) begin_on_raised(tables, pair, f);
 }
 
 /* Those that gave no force before this tick, and which of them do not yet. */
 static void begin_left(const struct haptable_pair_model* tables, struct haptable_pair* pair, struct coupled* both,
                        int is_off[HAPTABLE_FINGERS]) {
-    int f;
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f) {
         struct haptable_pair_view* view = &pair->view[f];
         is_off[f] = 0;
         if (!has_contact(&pair->servo[f]) || view->is_new || pair->touches[f]) continue;
@@ -213,12 +204,11 @@ static void solve_two(struct haptable_pair* pair, struct coupled* both, const in
     const struct haptable_pair_own* const owns[HAPTABLE_FINGERS] = {&both->own[0], &both->own[1]};
     struct pair_system system;
     int touches[HAPTABLE_FINGERS];
-    int f;
     (void)haptable_pair_solve(&pair->view[0], owns[0], both->x, &system);
     haptable_pair_touch(pair, at, x_m, owns, both->x, system.v, touches);
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) touches[f] = !is_off[f] && (touches[f] || grabs(&pair->servo[f]));
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f) touches[f] = !is_off[f] && (touches[f] || grabs(&pair->servo[f]));
     pair->energy_j = 0.0f;
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f) {
         float* v = pair->view[f].v;
         pair->touches[f] = (uint8_t)(touches[f] || touches[0] == touches[1]);
         if (touches[0] == touches[1])
@@ -253,8 +243,7 @@ static void solve_pair(const struct haptable_pair_model* tables, struct haptable
 /* ---- a tick --------------------------------------------------------------------------------------------------- */
 
 void haptable_pair_init(const struct haptable_pair_model* tables, struct haptable_pair* pair) {
-    int finger;
-    for (finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
+    for (int finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
         struct haptable_pair_view* view = &pair->view[finger];
         haptable_servo_init(&pair->servo[finger]);
         pair->servo[finger].finger = (uint8_t)finger;
@@ -309,20 +298,18 @@ static void move_finger(const struct haptable_pair_model* tables, struct haptabl
 /* The energy of the last tick's forces over both motions, and what takes back what is given. */
 static void observe(struct haptable_pair* pair, float motion_m[HAPTABLE_FINGERS][3]) {
     float motion2 = 0.0f;
-    int finger;
-    for (finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
+    for (int finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
         pair->given_j += vec_dot(pair->servo[finger].given_n, motion_m[finger]);
         motion2 += vec_dot(motion_m[finger], motion_m[finger]);
     }
-    for (finger = 0; finger < HAPTABLE_FINGERS; ++finger)
+    for (int finger = 0; finger < HAPTABLE_FINGERS; ++finger)
         pair->view[finger].brake_n_per_m = haptable_brake_of(&pair->view[finger].model, pair->given_j, motion2);
 }
 
 /* Each looks at its finger from where both have settled, and may let go, or go over to where less is stored. */
 static void look_both(struct haptable_pair* pair, const float* const finger_m[HAPTABLE_FINGERS]) {
     float motion_m[3];
-    int finger;
-    for (finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
+    for (int finger = 0; finger < HAPTABLE_FINGERS; ++finger) {
         struct haptable_servo* servo = &pair->servo[finger];
         const uint32_t contacts = servo->counters.contacts;
         move(&pair->view[finger].model, servo, finger_m[finger], motion_m);
@@ -346,9 +333,8 @@ static void move_both(const struct haptable_pair_model* tables, struct haptable_
                       float motion_m[HAPTABLE_FINGERS][3]) {
     const int together = tables->settle && goes_on[0] && goes_on[1];
     const int left = together && (is_left(pair, 0) || is_left(pair, 1));
-    int finger;
     if (together && !left) {
-        for (finger = 0; finger < HAPTABLE_FINGERS; ++finger)
+        for (int finger = 0; finger < HAPTABLE_FINGERS; ++finger)
             if (pair->servo[finger].finger_known)
                 vec_sub(finger_m[finger], pair->servo[finger].finger_m, motion_m[finger]);
         if (tables->settle(tables, pair, finger_m, 0)) {
@@ -356,10 +342,10 @@ static void move_both(const struct haptable_pair_model* tables, struct haptable_
             return;
         }
     }
-    for (finger = 0; finger < HAPTABLE_FINGERS; ++finger)
+    for (int finger = 0; finger < HAPTABLE_FINGERS; ++finger)
         if (pair->is_following) forget_sensitivity(&pair->servo[finger]); /* was of both */
     pair->is_following = 0;
-    for (finger = 0; finger < HAPTABLE_FINGERS; ++finger)
+    for (int finger = 0; finger < HAPTABLE_FINGERS; ++finger)
         if (goes_on[finger])
             move_finger(tables, pair, finger, finger_m[finger], finger_m[1 - finger], motion_m[finger]);
     if (!together) return;
@@ -380,21 +366,20 @@ static void step(const struct haptable_pair_model* tables, struct haptable_pair*
                  struct haptable_output* const out[HAPTABLE_FINGERS]) {
     float motion_m[HAPTABLE_FINGERS][3];
     int goes_on[HAPTABLE_FINGERS];
-    int f;
     pair->evaluations = 0;
     pair->net.reads = 0;
     pair->looks = 0;
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f) {
         vec_zero(motion_m[f]);
         pair->view[f].is_solved = pair->view[f].is_new = 0;
         if (pair->touches[f]) pair->view[f].left_ticks = 0;
     }
-    for (f = 0; f < HAPTABLE_FINGERS; ++f)
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f)
         goes_on[f] = (there >> f & 1u) != 0u && begin_tick(tables->model, &pair->servo[f], finger_m[f], now_us, out[f]);
     move_both(tables, pair, finger_m, goes_on, motion_m);
     if (!pair->view[0].is_solved) solve_pair(tables, pair);
     if (tables->model->passivity) observe(pair, motion_m);
-    for (f = 0; f < HAPTABLE_FINGERS; ++f)
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f)
         if (goes_on[f]) finish_tick(&pair->view[f].model, &pair->servo[f], motion_m[f], out[f]);
 }
 

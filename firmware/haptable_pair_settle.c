@@ -54,9 +54,8 @@ static void put_along(int from, int to, float along[2]) {
 }
 
 static void find_freedom(struct place* here) {
-    enum place_on_patch feature;
     here->corner = here->is_held = 0;
-    feature = feature_of(here->at.alpha, &here->corner);
+    const enum place_on_patch feature = feature_of(here->at.alpha, &here->corner);
     here->free = feature == INSIDE ? 2 : (feature == ON_EDGE ? 1 : 0);
     if (here->free == 1) put_along(next_corner(here->corner), previous_corner(here->corner), here->along);
 }
@@ -102,13 +101,11 @@ static float inverse_of(float pivot, float whole) {
 
 /* Takes a matrix to the free coordinates, from its lower half. */
 static void reduce(const struct place place[HAPTABLE_FINGERS], float h[COORDINATES][COORDINATES]) {
-    int f;
-    int i;
-    for (i = 0; i < COORDINATES; ++i)
-        for (f = 0; f < i; ++f) h[f][i] = h[i][f];
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
-        for (i = 0; i < COORDINATES; ++i) keep_free(&place[f], &h[i][2 * f], &h[i][2 * f + 1]);
-        for (i = 0; i < COORDINATES; ++i) keep_free(&place[f], &h[2 * f][i], &h[2 * f + 1][i]);
+    for (int i = 0; i < COORDINATES; ++i)
+        for (int f = 0; f < i; ++f) h[f][i] = h[i][f];
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f) {
+        for (int i = 0; i < COORDINATES; ++i) keep_free(&place[f], &h[i][2 * f], &h[i][2 * f + 1]);
+        for (int i = 0; i < COORDINATES; ++i) keep_free(&place[f], &h[2 * f][i], &h[2 * f + 1][i]);
     }
 }
 
@@ -116,18 +113,14 @@ static void reduce(const struct place place[HAPTABLE_FINGERS], float h[COORDINAT
  * Returns 0 where H is not positive definite beyond rounding. Every number is a statement of its own: loops would cost
  * more than what they do. */
 static int factor(const struct place place[HAPTABLE_FINGERS], float h[COORDINATES][COORDINATES]) {
-    float l0;
-    float l1;
-    float l2;
-    int i;
     if (place[0].free < 2 || place[1].free < 2) reduce(place, h);
     h[0][0] = inverse_of(h[0][0], h[0][0]);
-    l0 = h[1][0] * h[0][0];
+    float l0 = h[1][0] * h[0][0];
     h[1][1] = inverse_of(h[1][1] - l0 * h[1][0], h[1][1]);
     h[1][0] = l0;
     h[2][1] -= h[2][0] * h[1][0];
     l0 = h[2][0] * h[0][0];
-    l1 = h[2][1] * h[1][1];
+    float l1 = h[2][1] * h[1][1];
     h[2][2] = inverse_of(h[2][2] - l0 * h[2][0] - l1 * h[2][1], h[2][2]);
     h[2][0] = l0;
     h[2][1] = l1;
@@ -135,12 +128,12 @@ static int factor(const struct place place[HAPTABLE_FINGERS], float h[COORDINATE
     h[3][2] -= h[3][0] * h[2][0] + h[3][1] * h[2][1];
     l0 = h[3][0] * h[0][0];
     l1 = h[3][1] * h[1][1];
-    l2 = h[3][2] * h[2][2];
+    const float l2 = h[3][2] * h[2][2];
     h[3][3] = inverse_of(h[3][3] - l0 * h[3][0] - l1 * h[3][1] - l2 * h[3][2], h[3][3]);
     h[3][0] = l0;
     h[3][1] = l1;
     h[3][2] = l2;
-    for (i = 0; i < COORDINATES; ++i)
+    for (int i = 0; i < COORDINATES; ++i)
         if (h[i][i] == 0.0f && i % 2 < place[i / 2].free) return 0;
     return 1;
 }
@@ -148,8 +141,7 @@ static int factor(const struct place place[HAPTABLE_FINGERS], float h[COORDINATE
 /* d = H^-1 b: changes of the area coordinates. before: factor, of places with the same freedom. */
 static void solve(const struct place place[HAPTABLE_FINGERS], float (*h)[COORDINATES], const float b[COORDINATES],
                   float d[COORDINATES]) {
-    int f;
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f) {
         d[2 * f] = b[2 * f];
         d[2 * f + 1] = b[2 * f + 1];
         keep_free(&place[f], &d[2 * f], &d[2 * f + 1]);
@@ -161,7 +153,7 @@ static void solve(const struct place place[HAPTABLE_FINGERS], float (*h)[COORDIN
     d[2] = d[2] * h[2][2] - h[3][2] * d[3];
     d[1] = d[1] * h[1][1] - h[2][1] * d[2] - h[3][1] * d[3];
     d[0] = d[0] * h[0][0] - h[1][0] * d[1] - h[2][0] * d[2] - h[3][0] * d[3];
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f) {
         if (place[f].free != 1) continue;
         d[2 * f + 1] = d[2 * f] * place[f].along[1];
         d[2 * f] *= place[f].along[0];
@@ -175,14 +167,14 @@ static void solve(const struct place place[HAPTABLE_FINGERS], float (*h)[COORDIN
 static int solve_places(struct both* both) {
     struct haptable_pair* pair = both->pair;
     struct place* here = both->place;
-    int f;
     if (pair_is_dear(both->tables, &pair->net, here[0].at.patch, here[1].at.patch) &&
         pair->net.reads++ >= HAPTABLE_PAIR_READS)
         return 0;
     haptable_pair_read(both->tables, &pair->net, here[0].at.patch, here[1].at.patch);
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) haptable_pair_tell(&pair->view[f], &here[1 - f].at, &here[1 - f].point.own);
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f)
+        haptable_pair_tell(&pair->view[f], &here[1 - f].at, &here[1 - f].point.own);
     haptable_pair_put_rows(both->tables, pair, 0, here[0].at.patch);
-    for (f = 0; f < HAPTABLE_FINGERS; ++f)
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f)
         haptable_pair_link(&pair->view[f], &here[f].at, (const float(*)[9])pair->view[f].rows[0].x, here[f].point.e,
                            &here[f].link);
     pair_cross_of(&here[0].link, both->x);
@@ -199,15 +191,13 @@ static void put_mixed(const struct both* both, float mixed_j[HAPTABLE_PAIR_CONTR
     const float* two = both->system.v[1];
     const float* block = both->pair->net.block[0];
     float p[9];
-    int k;
-    int l;
-    for (k = 0; k < 3; ++k) {
+    for (int k = 0; k < 3; ++k) {
         p[3 * k] = one[k] * two[0];
         p[3 * k + 1] = one[k] * two[1];
         p[3 * k + 2] = one[k] * two[2];
     }
-    for (k = 0; k < count; ++k)
-        for (l = 0; l < count; ++l, block += 9)
+    for (int k = 0; k < count; ++k)
+        for (int l = 0; l < count; ++l, block += 9)
             mixed_j[k][l] = p[0] * block[0] + p[1] * block[1] + p[2] * block[2] + p[3] * block[3] + p[4] * block[4] +
                             p[5] * block[5] + p[6] * block[6] + p[7] * block[7] + p[8] * block[8];
 }
@@ -217,13 +207,11 @@ static void put_gradient(struct both* both, float mixed_j[HAPTABLE_PAIR_CONTROLS
     const struct place* here = both->place;
     const int count = pair_count(both->tables->law);
     float q[HAPTABLE_FINGERS][HAPTABLE_PAIR_CONTROLS];
-    int f;
-    int k;
-    for (k = 0; k < count; ++k) {
+    for (int k = 0; k < count; ++k) {
         q[0][k] = pair_sum_numbers(count, here[1].link.weight, mixed_j[k], 1);
         q[1][k] = pair_sum_numbers(count, here[0].link.weight, &mixed_j[0][k], HAPTABLE_PAIR_CONTROLS);
     }
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f) {
         float* gradient_j = &both->gradient_j[2 * f];
         pair_coupled_slope(count, &here[f].link, q[f], gradient_j);
         gradient_j[0] = here[f].slope.first_j[0] - gradient_j[0];
@@ -240,16 +228,14 @@ static void put_mixed_bend(const struct both* both, float mixed_j[HAPTABLE_PAIR_
     const struct pair_link* two = &both->place[1].link;
     const float* first_j = both->place[0].varied.coupled_j;
     const float* second_j = both->place[1].varied.coupled_j;
-    int b;
-    int c;
-    for (c = 0; c < 2; ++c) {
+    for (int c = 0; c < 2; ++c) {
         float row[HAPTABLE_PAIR_CONTROLS];
-        for (b = 0; b < count; ++b) row[b] = pair_sum_numbers(count, two->slope[c], mixed_j[b], 1);
-        for (b = 0; b < 2; ++b) bend_j[b][c] = pair_sum_numbers(count, one->slope[b], row, 1);
+        for (int b = 0; b < count; ++b) row[b] = pair_sum_numbers(count, two->slope[c], mixed_j[b], 1);
+        for (int b = 0; b < 2; ++b) bend_j[b][c] = pair_sum_numbers(count, one->slope[b], row, 1);
     }
     if (!(one->near > 0.0f)) return;
-    for (b = 0; b < 2; ++b)
-        for (c = 0; c < 2; ++c) {
+    for (int b = 0; b < 2; ++b)
+        for (int c = 0; c < 2; ++c) {
             const float near_bend =
                 2.0f * per_m * per_m * vec_dot(both->place[0].point.e[b], both->place[1].point.e[c]);
             const float share_bend =
@@ -264,19 +250,15 @@ static void put_slopes(struct both* both, float mixed_j[HAPTABLE_PAIR_CONTROLS][
     struct haptable_pair* pair = both->pair;
     float(*h)[COORDINATES] = pair->follow.curvature_j;
     float(*z)[HAPTABLE_FINGERS][3] = pair->follow.slope;
-    float y[COORDINATES][HAPTABLE_FINGERS][3];
-    float bend_j[2][2];
-    int f;
-    int i;
-    int j;
+    float y[COORDINATES][HAPTABLE_FINGERS][3], bend_j[2][2];
     haptable_pair_put_rows(both->tables, pair, 1, both->place[1].at.patch);
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f) {
         struct place* here = &both->place[f];
         haptable_pair_vary(&here->link, both->system.v[f], both->system.v[1 - f], &here->slope, &here->varied);
         open_freedom(here);
     }
     put_mixed_bend(both, mixed_j, bend_j);
-    for (i = 0; i < COORDINATES; ++i) {
+    for (int i = 0; i < COORDINATES; ++i) {
         const struct place* here = &both->place[i / 2];
         const int b = i % 2;
         both->gradient_j[i] = here->slope.first_j[b];
@@ -286,8 +268,8 @@ static void put_slopes(struct both* both, float mixed_j[HAPTABLE_PAIR_CONTROLS][
         pair_solve_slope(&pair->view[0], &both->system, y[i], z[i]);
         h[i][i - b] = here->slope.second_j[b];
         h[i][i] = here->slope.second_j[2 * b];
-        for (j = 0; j < 2 && i > 1; ++j) h[i][j] = -bend_j[j][b];
-        for (j = 0; j <= i; ++j) h[i][j] += vec_dot(y[i][0], z[j][0]) + vec_dot(y[i][1], z[j][1]);
+        for (int j = 0; j < 2 && i > 1; ++j) h[i][j] = -bend_j[j][b];
+        for (int j = 0; j <= i; ++j) h[i][j] += vec_dot(y[i][0], z[j][0]) + vec_dot(y[i][1], z[j][1]);
     }
 }
 
@@ -313,19 +295,16 @@ static void put_change(const float d[2], float change[3]) {
 }
 
 static int leads_off(const struct haptable_contact* at, const float change[3]) {
-    int c;
-    for (c = 0; c < 3; ++c)
+    for (int c = 0; c < 3; ++c)
         if (at->alpha[c] == 0.0f && change[c] < 0.0f) return 1;
     return 0;
 }
 
 static int is_small(const float d[COORDINATES], float most) {
-    int f;
-    int c;
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f) {
         float change[3];
         put_change(&d[2 * f], change);
-        for (c = 0; c < 3; ++c)
+        for (int c = 0; c < 3; ++c)
             if (!(vec_magnitude(change[c]) < most)) return 0;
     }
     return 1;
@@ -336,15 +315,14 @@ static float step_places(const struct both* both, const float d[COORDINATES],
                          struct haptable_contact to[HAPTABLE_FINGERS], float part[HAPTABLE_FINGERS]) {
     float change[HAPTABLE_FINGERS][3];
     float least = 1.0f;
-    int f;
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f) {
         put_change(&d[2 * f], change[f]);
         part[f] = leads_off(&both->place[f].at, change[f])
                       ? 0.0f
                       : haptable_patch_move(both->tables->model, &both->place[f].at, change[f], 1.0f, &to[f]);
         if (part[f] < least) least = part[f];
     }
-    for (f = 0; f < HAPTABLE_FINGERS; ++f)
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f)
         if (part[f] > least || part[f] == 0.0f)
             (void)haptable_patch_move(both->tables->model, &both->place[f].at, change[f], least, &to[f]);
     return least;
@@ -356,8 +334,7 @@ static int step_load(const struct both* both, int f, const float d[COORDINATES],
     const float part = both->is_reused ? REUSED_LOAD_CORRECTION : LOAD_CORRECTION;
     const float most = part * part;
     float change[3] = {0.0f, 0.0f, 0.0f};
-    int i;
-    for (i = 0; i < COORDINATES; ++i) vec_add_scaled(d[i], both->pair->follow.slope[i][f], change);
+    for (int i = 0; i < COORDINATES; ++i) vec_add_scaled(d[i], both->pair->follow.slope[i][f], change);
     vec_add(both->system.v[f], change, v);
     return !here->point.steps && gap2(to_m, here->at.god_object_m) <= most * vec_dot(here->point.u, here->point.u) &&
            vec_dot(change, change) <= most * vec_dot(v, v);
@@ -377,24 +354,21 @@ static int rests_across(struct both* both, int f) {
 
 /* What the next tick follows by. */
 static void put_follow(const struct both* both, struct haptable_pair_follow* follow) {
-    int f;
-    int i;
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f) {
         const struct place* here = &both->place[f];
         follow->patch[f] = here->at.patch;
         follow->free[f] = (uint8_t)here->free;
         if (!both->tables->law->is_stiffness) continue;
-        for (i = 0; i < 6; ++i) follow->a[f][i] = here->point.own.a[i];
-        for (i = 0; i < 2; ++i) vec_copy(here->slope.a_v[i], follow->a_v[2 * f + i]);
+        for (int i = 0; i < 6; ++i) follow->a[f][i] = here->point.own.a[i];
+        for (int i = 0; i < 2; ++i) vec_copy(here->slope.a_v[i], follow->a_v[2 * f + i]);
     }
 }
 
 /* The tick's places and v. */
 static void put_rest(struct both* both, float v[HAPTABLE_FINGERS][3], float energy_j) {
     struct haptable_pair* pair = both->pair;
-    int f;
     if (!both->is_reused) put_follow(both, &pair->follow);
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f) {
         struct haptable_servo* servo = &pair->servo[f];
         servo->contact = both->place[f].at;
         vec_copy(both->x_m[f], servo->finger_m); /* it stays, and so does a god-object that rests */
@@ -421,28 +395,27 @@ static int end(struct both* both, const float d[COORDINATES], float fall_j,
     int touches[HAPTABLE_FINGERS];
     int is_known = 1;
     int rests = 1;
-    int f;
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) rests = rests_across(both, f) && rests;
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f) rests = rests_across(both, f) && rests;
     if (pair->looks >= HAPTABLE_PAIR_LOOKS) return -1;
     if (!rests) {
-        for (f = 0; f < HAPTABLE_FINGERS; ++f) find_freedom(&here[f]);
+        for (int f = 0; f < HAPTABLE_FINGERS; ++f) find_freedom(&here[f]);
         return 0;
     }
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) is_known = step_load(both, f, d, to[f].god_object_m, v[f]) && is_known;
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f) is_known = step_load(both, f, d, to[f].god_object_m, v[f]) && is_known;
     if (!is_known) {
-        for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+        for (int f = 0; f < HAPTABLE_FINGERS; ++f) {
             here[f].at = to[f];
             tables->law->own(tables->model, at[f], here[f].felt_m, &here[f].point.own);
         }
         if (!solve_places(both)) return -1;
-        for (f = 0; f < HAPTABLE_FINGERS; ++f) vec_copy(both->system.v[f], v[f]);
+        for (int f = 0; f < HAPTABLE_FINGERS; ++f) vec_copy(both->system.v[f], v[f]);
     }
     haptable_pair_touch(pair, at, both->x_m, own, both->x, v, touches);
     if (touches[0] != touches[1]) {
         pair->touches[touches[0] ? 1 : 0] = 0;
         return -1;
     }
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f) {
         here[f].at = to[f];
         haptable_pair_load_of(tables->law, own[f]->a, v[f], here[f].at.load_n);
         if (both->is_late && !haptable_contact_surely_presses(tables->model, at[f], both->x_m[f])) return -1;
@@ -454,21 +427,16 @@ static int end(struct both* both, const float d[COORDINATES], float fall_j,
 /* Newton's step after an evaluation. Returns as end does, or 0 where another evaluation is to be made. */
 static int step(struct both* both) {
     struct haptable_contact to[HAPTABLE_FINGERS];
-    float b[COORDINATES];
-    float d[COORDINATES];
-    float part[HAPTABLE_FINGERS];
+    float b[COORDINATES], d[COORDINATES], part[HAPTABLE_FINGERS];
     float fall_j = 0.0f;
-    float least;
-    int f;
-    int i;
-    for (i = 0; i < COORDINATES; ++i) b[i] = -both->gradient_j[i];
+    for (int i = 0; i < COORDINATES; ++i) b[i] = -both->gradient_j[i];
     solve(both->place, both->pair->follow.curvature_j, b, d);
-    for (i = 0; i < COORDINATES; ++i) fall_j -= 0.5f * d[i] * b[i];
+    for (int i = 0; i < COORDINATES; ++i) fall_j -= 0.5f * d[i] * b[i];
     if (both->is_reused && !is_small(d, REUSED_CORRECTION)) return 0;
-    least = step_places(both, d, to, part);
+    const float least = step_places(both, d, to, part);
     if (least == 1.0f && is_small(d, CORRECTION)) return end(both, d, fall_j, to);
     if (both->is_reused) return 0;
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f) {
         both->place[f].at = to[f];
         find_freedom(&both->place[f]);
         both->place[f].is_held = part[f] == 0.0f; /* it led off an edge or a vertex at once */
@@ -481,23 +449,21 @@ static int step(struct both* both) {
 static int evaluate(struct both* both, float most_j) {
     const struct haptable_pair_model* tables = both->tables;
     float mixed_j[HAPTABLE_PAIR_CONTROLS][HAPTABLE_PAIR_CONTROLS];
-    int f;
     ++both->pair->evaluations;
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f) {
         struct place* here = &both->place[f];
         tables->bend->open(tables->model, &here->at, here->felt_m, &here->point);
     }
     if (!solve_places(both)) return -1;
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f) {
         struct place* here = &both->place[f];
         tables->bend->slope(tables->model, &here->at, &here->point, both->system.v[f], 1, &here->slope);
     }
     put_mixed(both, mixed_j);
     if (both->is_foreseen && !(both->place[0].link.near > 0.0f)) {
-        int rests;
         put_gradient(both, mixed_j);
         both->is_reused = 1;
-        rests = step(both);
+        const int rests = step(both);
         if (rests != 0) return rests;
         both->is_reused = 0;
     }
@@ -512,15 +478,13 @@ static int evaluate(struct both* both, float most_j) {
 
 /* Where a step of one is foreseen to lead: over an edge to the point of the patch there that is nearest to its end. */
 static void predict_place(const struct haptable_model* model, const float d[2], struct place* here) {
-    float change[3];
-    float aim_m[3];
+    float change[3], aim_m[3];
     put_change(d, change);
     vec_copy(here->at.god_object_m, aim_m);
     if (haptable_patch_move(model, &here->at, change, 1.0f, &here->at) < 1.0f && here->free == 2) {
         const enum place_on_patch feature = feature_of(here->at.alpha, &here->corner);
         const uint16_t across = feature == ON_EDGE ? model->neighbour[here->at.patch][here->corner] : HAPTABLE_NONE;
-        float edge[2][3];
-        float normal[3];
+        float edge[2][3], normal[3];
         patch_frame(model, here->at.patch, edge[0], edge[1], normal);
         vec_add_scaled(d[0], edge[0], aim_m);
         vec_add_scaled(d[1], edge[1], aim_m);
@@ -534,24 +498,19 @@ static void predict(struct both* both) {
     struct haptable_pair* pair = both->pair;
     struct haptable_pair_follow* follow = &pair->follow;
     const int is_stiffness = both->tables->law->is_stiffness;
-    float motion_m[HAPTABLE_FINGERS][3];
-    float by[HAPTABLE_FINGERS][3];
-    float b[COORDINATES];
-    float d[COORDINATES];
-    int f;
-    int i;
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+    float motion_m[HAPTABLE_FINGERS][3], by[HAPTABLE_FINGERS][3], b[COORDINATES], d[COORDINATES];
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f) {
         if (follow->patch[f] != both->place[f].at.patch || follow->free[f] != both->place[f].free) return;
         vec_sub(both->x_m[f], pair->servo[f].finger_m, motion_m[f]);
         haptable_pair_load_of(both->tables->law, follow->a[f], motion_m[f], by[f]);
     }
-    for (i = 0; i < COORDINATES; ++i) {
+    for (int i = 0; i < COORDINATES; ++i) {
         b[i] = -vec_dot(follow->slope[i][0], by[0]) - vec_dot(follow->slope[i][1], by[1]);
         if (is_stiffness) b[i] -= vec_dot(follow->a_v[i], motion_m[i / 2]);
     }
     solve(both->place, follow->curvature_j, b, d);
     both->is_foreseen = pair->is_following < HAPTABLE_PAIR_REUSED;
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f) {
         struct place* here = &both->place[f];
         predict_place(both->tables->model, &d[2 * f], here);
         if (here->free < 2 || follow->free[f] < 2 || here->at.patch != follow->patch[f]) both->is_foreseen = 0;
@@ -571,13 +530,12 @@ int haptable_pair_settle(const struct haptable_pair_model* tables, struct haptab
     struct both both;
     float most_j = HAPTABLE_MOST;
     int rests = 0;
-    int f;
     both.tables = tables;
     both.pair = pair;
     both.x_m = finger_m;
     both.is_late = is_late;
     both.is_foreseen = both.is_reused = 0;
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f) {
         struct place* here = &both.place[f];
         if (!may_rest(pair, f)) return 0;
         pair_felt(&pair->view[f], finger_m[f], here->felt_m);

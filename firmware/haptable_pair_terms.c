@@ -7,8 +7,7 @@
 void haptable_pair_controls(const struct haptable_pair_model* tables, uint16_t patch, uint16_t control[]) {
     const struct haptable_model* model = tables->model;
     const int is_mask = tables->law->controls == HAPTABLE_PAIR_CONTROLS;
-    int c;
-    for (c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
         const uint16_t vertex = model->patch[patch][c];
         control[c] = is_mask || vertex < model->free_count ? vertex : HAPTABLE_NONE;
         if (is_mask) control[3 + c] = (uint16_t)(model->vertex_count + model->compliance->patch_edge[patch][c]);
@@ -16,24 +15,22 @@ void haptable_pair_controls(const struct haptable_pair_model* tables, uint16_t p
 }
 
 static inline void put_weights(int count, const float alpha[3], float weight[]) {
-    int c;
     vec_copy(alpha, weight);
     if (count == 3) return;
-    for (c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c) {
         weight[c] = alpha[c] * alpha[c];
         weight[3 + c] = 2.0f * alpha[next_corner(c)] * alpha[previous_corner(c)];
     }
 }
 
 static inline void put_slope_weights(int count, const float alpha[3], float slope[2][HAPTABLE_PAIR_CONTROLS]) {
-    int b;
     if (count == 3) {
         slope[0][0] = slope[1][0] = -1.0f;
         slope[0][1] = slope[1][2] = 1.0f;
         slope[0][2] = slope[1][1] = 0.0f;
         return;
     }
-    for (b = 0; b < 2; ++b) { /* of a mask: corners, then the edges opposite to them */
+    for (int b = 0; b < 2; ++b) { /* of a mask: corners, then the edges opposite to them */
         const int c = b + 1;
         const int d = 2 - b;
         slope[b][0] = -2.0f * alpha[0];
@@ -78,8 +75,7 @@ void haptable_pair_read(const struct haptable_pair_model* tables, struct haptabl
 
 /* Of the first finger from blocks in rows of so many, of the second from their columns. */
 static inline void sum_others(int count, int finger, const float weight[], const float (*block)[9], float (*x)[9]) {
-    int k;
-    for (k = 0; k < count; ++k) {
+    for (int k = 0; k < count; ++k) {
         if (finger == 0) {
             pair_sum_blocks(count, weight, block[k * count], 9, x[k]);
         } else {
@@ -126,8 +122,7 @@ static void put_share_slopes(const struct haptable_pair_view* view, const float 
     const float by = -2.0f * HAPTABLE_PAIR_MEETING;
     const float scale = -2.0f / (view->tables->meeting_m * view->tables->meeting_m);
     float* slope = link->near_slope;
-    int b;
-    for (b = 0; b < 2; ++b) {
+    for (int b = 0; b < 2; ++b) {
         slope[b] = scale * vec_dot(apart_m, e[b]);
         link->share_slope[b] = by * link->near * slope[b];
     }
@@ -206,10 +201,9 @@ void haptable_pair_pressed(const struct haptable_pair_view* view, int finger, co
 
 /* A share of X, as the solve took it. */
 static void take_share(float share, struct pair_link* link) {
-    int b;
     link->share *= share;
-    for (b = 0; b < 2; ++b) link->share_slope[b] *= share;
-    for (b = 0; b < 3; ++b) link->share_bend[b] *= share;
+    for (int b = 0; b < 2; ++b) link->share_slope[b] *= share;
+    for (int b = 0; b < 3; ++b) link->share_bend[b] *= share;
 }
 
 /* q_bc of a mask, whose weights are quadratic, 11 12 22: q_k of its corners, then of the edges opposite to them. */
@@ -232,16 +226,14 @@ static void vary_share(int count, const struct pair_link* link, const float v[3]
     float* r = varied->coupled_j;
     float r_v[3];  /* R v_other */
     float back[3]; /* R^T v */
-    int b;
     sum_vectors(count, link->weight, by, r_v);
     sum_vectors(count, link->weight, from, back);
     r[2] = vec_dot(v, r_v);
     bend_j[0] = link->share * bend_j[0] + 2.0f * slope[0] * r[0] + link->share_bend[0] * r[2];
     bend_j[1] = link->share * bend_j[1] + slope[0] * r[1] + slope[1] * r[0] + link->share_bend[1] * r[2];
     bend_j[2] = link->share * bend_j[2] + 2.0f * slope[1] * r[1] + link->share_bend[2] * r[2];
-    for (b = 0; b < 2; ++b) {
-        int a;
-        for (a = 0; a < 3; ++a) {
+    for (int b = 0; b < 2; ++b) {
+        for (int a = 0; a < 3; ++a) {
             x_v[b][a] = link->share * x_v[b][a] + slope[b] * r_v[a];
             varied->back[b][a] = link->share * varied->back[b][a] + slope[b] * back[a];
         }
@@ -255,13 +247,11 @@ void haptable_pair_vary(const struct pair_link* link, const float v[3], const fl
     float from[HAPTABLE_PAIR_CONTROLS][3]; /* x_k^T v */
     float bend_j[3] = {0.0f, 0.0f, 0.0f};
     float x_v[2][3];
-    int b;
-    int k;
-    for (k = 0; k < count; ++k) {
+    for (int k = 0; k < count; ++k) {
         mat_product(link->row[k], other, by[k]);
         mat_transposed_product(link->row[k], v, from[k]);
     }
-    for (b = 0; b < 2; ++b) {
+    for (int b = 0; b < 2; ++b) {
         sum_vectors(count, link->slope[b], by, x_v[b]);
         sum_vectors(count, link->slope[b], from,
                     varied->back[b]); /* cppcheck-suppress uninitvar ; it is written here */
@@ -269,11 +259,11 @@ void haptable_pair_vary(const struct pair_link* link, const float v[3], const fl
     }
     if (count == HAPTABLE_PAIR_CONTROLS) {
         float q[HAPTABLE_PAIR_CONTROLS];
-        for (k = 0; k < HAPTABLE_PAIR_CONTROLS; ++k) q[k] = vec_dot(v, by[k]);
+        for (int k = 0; k < HAPTABLE_PAIR_CONTROLS; ++k) q[k] = vec_dot(v, by[k]);
         put_bend(q, bend_j);
     }
     if (link->share < 1.0f) vary_share(count, link, v, by, from, x_v, varied, bend_j);
-    for (b = 0; b < 2; ++b) {
+    for (int b = 0; b < 2; ++b) {
         vec_sub(slope->y[b], x_v[b], slope->y[b]);
         slope->first_j[b] -= vec_dot(v, x_v[b]);
     }
@@ -290,14 +280,12 @@ void haptable_pair_vary(const struct pair_link* link, const float v[3], const fl
  * Takes the share of X that leaves LEAST_OWN of it: 1, or less. It is of both fingers alike. */
 static float keep_definite(const float a[6], const float m[6], float x[9], float xm[9], float n[6]) {
     float inverse[6];
-    float left;
-    float share;
     sym_invert(a, inverse);
-    left = (inverse[0] * n[0] + inverse[1] * n[1] + inverse[2] * n[2] +
-            2.0f * (inverse[3] * n[3] + inverse[4] * n[4] + inverse[5] * n[5])) *
-           (1.0f / 3.0f);
+    const float left = (inverse[0] * n[0] + inverse[1] * n[1] + inverse[2] * n[2] +
+                        2.0f * (inverse[3] * n[3] + inverse[4] * n[4] + inverse[5] * n[5])) *
+                       (1.0f / 3.0f);
     if (left >= LEAST_OWN) return 1.0f;
-    share = (1.0f - LEAST_OWN) / (1.0f - left); /* squared */
+    float share = (1.0f - LEAST_OWN) / (1.0f - left); /* squared */
     share *= vec_inverse_root(share);
     if (share < 1.0f) {
         mat_scale(share, x, x);
@@ -323,8 +311,7 @@ static inline float take_definite(const struct haptable_pair_view* view, const s
 }
 
 float haptable_pair_share(const struct haptable_pair_view* view, const struct haptable_pair_own* own, float x[9]) {
-    float xm[9];
-    float n[6];
+    float xm[9], n[6];
     return take_definite(view, own, x, xm, n);
 }
 
@@ -347,8 +334,7 @@ float haptable_pair_solve(const struct haptable_pair_view* view, const struct ha
 
 void haptable_pair_inwards(const struct haptable_pair_view* view, const struct haptable_contact* contact,
                            const float x_m[3], float u[3]) {
-    float edge[2][3];
-    float normal[3];
+    float edge[2][3], normal[3];
     vec_sub(x_m, contact->god_object_m, u);
     if (!pair_is_raised(view)) return;
     patch_frame(&view->model, contact->patch, edge[0], edge[1], normal);
@@ -361,24 +347,17 @@ void haptable_pair_touch(const struct haptable_pair* pair, const struct haptable
                          const struct haptable_pair_own* const own[HAPTABLE_FINGERS], const float x[9],
                          float v[HAPTABLE_FINGERS][3], int touches[HAPTABLE_FINGERS]) {
     const struct haptable_pair_model* tables = pair->view[0].tables;
-    int f;
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f) {
         const struct haptable_pair_view* other = &pair->view[1 - f]; /* it is told of this one */
         const int is_raised = pair_is_raised(&pair->view[f]);
-        float edge[2][3];
-        float normal[3];
-        float u[3];
-        float w[3];
-        float t[3];
-        float dented;
-        float least;
+        float edge[2][3], normal[3], u[3], w[3], t[3];
         haptable_pair_inwards(&pair->view[f], at[f], x_m[f], u);
         haptable_pair_pressed(&pair->view[f], f, x, t);
         vec_sub(own[f]->s, t, t);
         vec_copy(u, w);
         if (tables->law->is_stiffness) vec_symmetric_product(other->m, u, w); /* q = A^-1 t */
-        dented = vec_dot(w, t);
-        least = NO_DENT * vec_magnitude(vec_dot(w, own[f]->s));
+        const float dented = vec_dot(w, t);
+        const float least = NO_DENT * vec_magnitude(vec_dot(w, own[f]->s));
         touches[f] = !(dented < -least);
         if (!tables->energy) continue;
         patch_frame(tables->model, at[f]->patch, edge[0], edge[1], normal);
@@ -397,8 +376,7 @@ void haptable_pair_force(const struct haptable_model* model, const struct haptab
     const struct haptable_pair_law* law = view->tables->law;
     struct haptable_pair_own own;
     struct pair_system system;
-    float felt_m[3];
-    float load_n[3];
+    float felt_m[3], load_n[3];
     if (view->is_solved) {
         law->load(model, contact, view->v, nodal_force_n, force_n);
         return;
@@ -426,17 +404,15 @@ void haptable_pair_force(const struct haptable_model* model, const struct haptab
 static void put_gauss_newton(const struct haptable_pair_view* view, const struct pair_system* system,
                              struct haptable_pair_slope* slope, const struct pair_varied* varied,
                              float gauss_newton_j[3]) {
-    float y[2][HAPTABLE_FINGERS][3];
-    float z[2][HAPTABLE_FINGERS][3];
-    int b;
-    for (b = 0; b < 2; ++b) {
+    float y[2][HAPTABLE_FINGERS][3], z[2][HAPTABLE_FINGERS][3];
+    for (int b = 0; b < 2; ++b) {
         vec_copy(slope->y[b], y[b][0]);
         vec_zero(y[b][1]);
         vec_sub(y[b][1], varied->back[b], y[b][1]);
         pair_solve_slope(view, system, y[b], z[b]);
         vec_copy(z[b][0], slope->y[b]);
     }
-    for (b = 0; b < 3; ++b) { /* 11 12 22 */
+    for (int b = 0; b < 3; ++b) { /* 11 12 22 */
         const int p = b == 2 ? 1 : 0;
         const int q = b == 0 ? 0 : 1;
         gauss_newton_j[b] = vec_dot(y[p][0], z[q][0]) + vec_dot(y[p][1], z[q][1]);
@@ -446,8 +422,7 @@ static void put_gauss_newton(const struct haptable_pair_view* view, const struct
 /* The load's slope is v's, or A_b v + A v_b; none where it steps. */
 static void put_load_slope(const struct haptable_pair_law* law, const struct haptable_pair_point* point,
                            struct haptable_pair_slope* slope, float load_gradient_n[2][3]) {
-    int b;
-    for (b = 0; b < 2; ++b) {
+    for (int b = 0; b < 2; ++b) {
         haptable_pair_load_of(law, point->own.a, slope->y[b], load_gradient_n[b]);
         if (law->is_stiffness) vec_add_scaled(1.0f, slope->a_v[b], load_gradient_n[b]);
         if (point->steps) vec_no_number(load_gradient_n[b]);
@@ -464,7 +439,6 @@ static void put_energy(const struct haptable_pair_view* view, const struct hapta
     struct pair_link link;
     struct pair_varied varied;
     float x[9];
-    int b;
     tables->bend->open(tables->model, contact, felt_m, &point);
     haptable_pair_link(view, contact, (const float(*)[9])rows_of(view, contact->patch)->x, point.e, &link);
     pair_cross_of(&link, x);
@@ -484,17 +458,16 @@ static void put_energy(const struct haptable_pair_view* view, const struct hapta
     if (terms == HAPTABLE_ENERGY_ALL) {
         haptable_pair_vary(&link, system.v[0], system.v[1], &slope, &varied);
         put_gauss_newton(view, &system, &slope, &varied, energy->gauss_newton_j);
-        for (b = 0; b < 3; ++b) energy->hessian_j[b] = slope.second_j[b] + energy->gauss_newton_j[b];
+        for (int b = 0; b < 3; ++b) energy->hessian_j[b] = slope.second_j[b] + energy->gauss_newton_j[b];
         put_load_slope(tables->law, &point, &slope, energy->load_gradient_n);
     } else {
         const int count = pair_count(tables->law);
-        float q[HAPTABLE_PAIR_CONTROLS];
-        float coupled_j[2];
-        for (b = 0; b < count; ++b) q[b] = mat_bilinear(link.row[b], system.v[0], system.v[1]);
+        float q[HAPTABLE_PAIR_CONTROLS], coupled_j[2];
+        for (int b = 0; b < count; ++b) q[b] = mat_bilinear(link.row[b], system.v[0], system.v[1]);
         pair_coupled_slope(count, &link, q, coupled_j);
-        for (b = 0; b < 2; ++b) slope.first_j[b] -= coupled_j[b];
+        for (int b = 0; b < 2; ++b) slope.first_j[b] -= coupled_j[b];
     }
-    for (b = 0; b < 2; ++b) energy->gradient_j[b] = slope.first_j[b];
+    for (int b = 0; b < 2; ++b) energy->gradient_j[b] = slope.first_j[b];
 }
 
 void haptable_pair_energy(const struct haptable_model* model, const struct haptable_contact* contact,

@@ -114,11 +114,10 @@ void haptable_pair_pressed(const struct haptable_pair_view* view, int finger, co
 
 /* v . X_b v_other, by q_k = v . x_k v_other of the controls. */
 static inline void pair_coupled_slope(int count, const struct pair_link* link, const float q[], float coupled_j[2]) {
-    int b;
-    for (b = 0; b < 2; ++b) coupled_j[b] = link->share * pair_sum_numbers(count, link->slope[b], q, 1);
+    for (int b = 0; b < 2; ++b) coupled_j[b] = link->share * pair_sum_numbers(count, link->slope[b], q, 1);
     if (link->share < 1.0f) {
         const float whole_j = pair_sum_numbers(count, link->weight, q, 1);
-        for (b = 0; b < 2; ++b) coupled_j[b] += link->share_slope[b] * whole_j;
+        for (int b = 0; b < 2; ++b) coupled_j[b] += link->share_slope[b] * whole_j;
     }
 }
 

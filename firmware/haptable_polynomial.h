@@ -37,7 +37,6 @@ static inline void gather(const struct haptable_model* model, const struct hapta
     const struct haptable_compliance* c = model->compliance;
     const uint16_t* v = model->patch[patch];
     const uint16_t* e = c->patch_edge[patch];
-    int corner;
     (void)room;
     if (form->degree == 2) {
         net->count = 6;
@@ -50,7 +49,7 @@ static inline void gather(const struct haptable_model* model, const struct hapta
         return;
     }
     net->count = HAPTABLE_COMPLIANCE_CONTROLS;
-    for (corner = 0; corner < 3; ++corner) {
+    for (int corner = 0; corner < 3; ++corner) {
         const int forward = v[next_corner(corner)] < v[previous_corner(corner)];
         const float(*edge)[6] = &c->edge[3 * (size_t)e[corner]];
         const uint8_t* at = form->edge[corner];
@@ -71,20 +70,17 @@ static inline void gather_packed(const struct haptable_model* model, const struc
     const uint32_t per_edge = form->degree - 1u;
     const uint32_t edges = model->vertex_count;
     const uint32_t patches = edges + per_edge * c->edge_count;
-    int corner;
-    int n;
     net->count = form->degree == 4 ? HAPTABLE_COMPLIANCE_CONTROLS : 6;
-    for (corner = 0; corner < 3; ++corner) {
+    for (int corner = 0; corner < 3; ++corner) {
         const int forward = v[next_corner(corner)] < v[previous_corner(corner)];
         const uint32_t first = edges + per_edge * c->patch_edge[patch][corner];
-        uint32_t i;
         model->unpack(model, v[corner], room[form->vertex[corner]]);
-        for (i = 0; i < per_edge; ++i)
+        for (uint32_t i = 0; i < per_edge; ++i)
             model->unpack(model, first + (forward ? i : per_edge - 1u - i), room[form->edge[corner][i]]);
         if (form->degree == 4)
             model->unpack(model, patches + 3u * (uint32_t)patch + (uint32_t)corner, room[form->inside[corner]]);
     }
-    for (n = 0; n < net->count; ++n) net->block[n] = room[n];
+    for (int n = 0; n < net->count; ++n) net->block[n] = room[n];
 }
 
 /* Bernstein's polynomials of one degree less than C, degree! / (i! j! k!) alpha_0^i alpha_1^j alpha_2^k, in the order
@@ -123,13 +119,11 @@ static inline void add_block(float w, const float b[6], float out[6]) {
 static inline void linear_net(const struct net* net, int degree, const float alpha[3], float (*restrict linear)[6]) {
     float w[10];
     int n = 0;
-    int r;
-    int k;
-    for (r = 0; r < 3; ++r)
-        for (k = 0; k < 6; ++k) linear[r][k] = 0.0f;
+    for (int r = 0; r < 3; ++r)
+        for (int k = 0; k < 6; ++k) linear[r][k] = 0.0f;
     bernstein(degree, alpha, w);
-    for (r = 0; r < degree; ++r)
-        for (k = 0; k <= r; ++k, ++n) {
+    for (int r = 0; r < degree; ++r)
+        for (int k = 0; k <= r; ++k, ++n) {
             if (w[n] == 0.0f) continue; /* on edges and vertices most are */
             add_block(w[n], net->block[n], linear[0]);
             add_block(w[n], net->block[n + r + 1], linear[1]);
@@ -138,8 +132,7 @@ static inline void linear_net(const struct net* net, int degree, const float alp
 }
 
 static inline void evaluate_c(float linear[3][6], const float alpha[3], float c[6]) {
-    int i;
-    for (i = 0; i < 6; ++i) c[i] = alpha[0] * linear[0][i] + alpha[1] * linear[1][i] + alpha[2] * linear[2][i];
+    for (int i = 0; i < 6; ++i) c[i] = alpha[0] * linear[0][i] + alpha[1] * linear[1][i] + alpha[2] * linear[2][i];
 }
 
 /* Sums of weighted blocks, with every number of a block a statement of its own: in registers, wide ones where there are
@@ -171,9 +164,8 @@ static inline void mix_six(const float w[6], const float* const block[6], float*
 
 static inline void add_three(const float w[3], const float* const block[3], float* restrict out) {
     float more[6];
-    int i;
     mix_three(w, block[0], block[1], block[2], more);
-    for (i = 0; i < 6; ++i) out[i] += more[i];
+    for (int i = 0; i < 6; ++i) out[i] += more[i];
 }
 
 /* Bernstein's polynomials of degree 2, in the order of a net. */
@@ -215,16 +207,14 @@ static inline void quadratic_net(const struct net* net, const float alpha[3], en
                                      {3, 6, 7, 10, 11, 12}, {4, 7, 8, 11, 12, 13}, {5, 8, 9, 12, 13, 14}};
     static const uint8_t around_vertex[3] = {0, 3, 5};
     float w[6];
-    int n;
-    int m;
     if (feature == ON_VERTEX) {
-        for (n = 0; n < 6; ++n) quadratic->block[n] = net->block[at[around_vertex[corner]][n]];
+        for (int n = 0; n < 6; ++n) quadratic->block[n] = net->block[at[around_vertex[corner]][n]];
         return;
     }
     bernstein_two(alpha, w);
-    for (n = 0; n < 6; ++n) {
+    for (int n = 0; n < 6; ++n) {
         const float* around[6];
-        for (m = 0; m < 6; ++m) around[m] = net->block[at[n][m]];
+        for (int m = 0; m < 6; ++m) around[m] = net->block[at[n][m]];
         mix_six(w, around, quadratic->room[n]); /* cppcheck-suppress uninitvar ; it is written here */
         quadratic->block[n] = quadratic->room[n];
     }
@@ -243,17 +233,14 @@ static inline void linear_of_four(const struct net* net, const float alpha[3], f
     static const uint8_t at[3][10] = {
         {0, 1, 2, 3, 4, 5, 6, 7, 8, 9}, {1, 3, 4, 6, 7, 8, 10, 11, 12, 13}, {2, 4, 5, 7, 8, 9, 11, 12, 13, 14}};
     float w[10];
-    int r;
-    int n;
     bernstein(4, alpha, w);
-    for (r = 0; r < 3; ++r) {
+    for (int r = 0; r < 3; ++r) {
         const float* block[10];
         float last[6];
-        int i;
-        for (n = 0; n < 10; ++n) block[n] = net->block[at[r][n]];
+        for (int n = 0; n < 10; ++n) block[n] = net->block[at[r][n]];
         mix_six(w, block, linear[r]);
         mix_three(w + 6, block[6], block[7], block[8], last);
-        for (i = 0; i < 6; ++i) linear[r][i] += last[i] + w[9] * block[9][i];
+        for (int i = 0; i < 6; ++i) linear[r][i] += last[i] + w[9] * block[9][i];
     }
 }
 
@@ -315,18 +302,15 @@ static inline void blocks_around_vertex(const struct net* net, int degree, int c
 /* A block's part that is not isotropic: what C's derivatives are made of where C is lifted. */
 static inline void without_trace(float b[6]) {
     const float third = sym_third_of_trace(b);
-    int i;
-    for (i = 0; i < 3; ++i) b[i] -= third;
+    for (int i = 0; i < 3; ++i) b[i] -= third;
 }
 
 /* C_b f (b = 1, 2) of a load f from the net of degree 1 (Farin). */
 static inline void vary(int degree, float linear[3][6], const float f[3], int lifted, float first_m[2][3]) {
     const float first = (float)degree;
-    int b;
-    for (b = 0; b < 2; ++b) {
+    for (int b = 0; b < 2; ++b) {
         float block[6];
-        int i;
-        for (i = 0; i < 6; ++i) block[i] = first * (linear[b + 1][i] - linear[0][i]);
+        for (int i = 0; i < 6; ++i) block[i] = first * (linear[b + 1][i] - linear[0][i]);
         if (lifted) without_trace(block);
         vec_symmetric_product(block, f, first_m[b]); /* cppcheck-suppress uninitvar ; it is written here */
     }
@@ -335,11 +319,9 @@ static inline void vary(int degree, float linear[3][6], const float f[3], int li
 /* f^T C_bc f (11, 12, 22) from C's net of degree 2: 200 110 101 020 011 002. */
 static inline void bend_net(const float* const block[6], int degree, const float f[3], int lifted, float second_j[3]) {
     const float second = (float)(degree * (degree - 1));
-    float square[6];
-    float q[6];
-    int n;
+    float square[6], q[6];
     square_of_load(f, square);
-    for (n = 0; n < 6; ++n) {
+    for (int n = 0; n < 6; ++n) {
         q[n] = squared(block[n], square);
         if (lifted) q[n] -= sym_third_of_trace(block[n]) * (square[0] + square[1] + square[2]);
     }
@@ -369,8 +351,7 @@ static inline int is_at_lift(const struct haptable_model* model, uint16_t patch,
     const float missing = missing_of(model, fraction, c);
     const float reach = HAPTABLE_LIFT_REACH * (float)degree;
     float steepest = 0.0f;
-    int b;
-    for (b = 1; b < 3; ++b) {
+    for (int b = 1; b < 3; ++b) {
         const int more = (vertex[b] >= model->free_count) - (vertex[0] >= model->free_count);
         const float slope =
             compliance * (float)more / (float)degree - sym_third_of_trace(linear[b]) + sym_third_of_trace(linear[0]);
@@ -383,8 +364,7 @@ static inline int is_at_lift(const struct haptable_model* model, uint16_t patch,
 static inline void put_second_order(const struct sym_factored* factored, float e[2][3], float first_m[2][3],
                                     struct haptable_energy* energy) {
     float s_r[2][3];
-    int b;
-    for (b = 0; b < 2; ++b) {
+    for (int b = 0; b < 2; ++b) {
         vec_add_scaled(1.0f, first_m[b], e[b]);
         sym_solve(factored, e[b], s_r[b]);
         vec_zero(energy->load_gradient_n[b]);
@@ -393,7 +373,7 @@ static inline void put_second_order(const struct sym_factored* factored, float e
     energy->gauss_newton_j[0] = vec_dot(e[0], s_r[0]);
     energy->gauss_newton_j[1] = vec_dot(e[0], s_r[1]);
     energy->gauss_newton_j[2] = vec_dot(e[1], s_r[1]);
-    for (b = 0; b < 3; ++b) energy->hessian_j[b] = energy->gauss_newton_j[b] - 0.5f * energy->hessian_j[b];
+    for (int b = 0; b < 3; ++b) energy->hessian_j[b] = energy->gauss_newton_j[b] - 0.5f * energy->hessian_j[b];
 }
 
 /* The patch's edges from corner 0. */
@@ -408,11 +388,9 @@ static inline void slope_of_load(const struct haptable_model* model, uint16_t pa
                                  const float* const linear[3], struct haptable_energy* energy) {
     const float* f = energy->load_n;
     const float half = 0.5f * (float)degree;
-    float square[6];
-    float e[2][3];
-    float first;
+    float square[6], e[2][3];
     square_of_load(f, square);
-    first = half * squared(linear[0], square);
+    const float first = half * squared(linear[0], square);
     edges_of(model, patch, e);
     energy->gradient_j[0] = first - half * squared(linear[1], square) - vec_dot(e[0], f);
     energy->gradient_j[1] = first - half * squared(linear[2], square) - vec_dot(e[1], f);
@@ -422,17 +400,13 @@ static inline void slope_of_load(const struct haptable_model* model, uint16_t pa
 static inline void lifted_slope(const struct haptable_model* model, const struct haptable_contact* contact, int degree,
                                 float fraction, float linear[3][6], struct haptable_energy* energy) {
     const float* f = energy->load_n;
-    float first_m[2][3];
-    float c[6];
-    float e[2][3];
-    int lifted;
-    int b;
+    float first_m[2][3], c[6], e[2][3];
     evaluate_c(linear, contact->alpha, c);
-    lifted = lift(model, fraction, c);
+    const int lifted = lift(model, fraction, c);
     vary(degree, linear, f, lifted, first_m);
     if (lifted) vary_fraction(model, contact->patch, f, first_m);
     edges_of(model, contact->patch, e);
-    for (b = 0; b < 2; ++b) energy->gradient_j[b] = -vec_dot(e[b], f) - 0.5f * vec_dot(f, first_m[b]);
+    for (int b = 0; b < 2; ++b) energy->gradient_j[b] = -vec_dot(e[b], f) - 0.5f * vec_dot(f, first_m[b]);
 }
 
 /* The net of degree 1: at a vertex three of C's blocks. */
@@ -472,13 +446,11 @@ static inline void energy_and_slope(const struct haptable_model* model, const st
                                     enum place_on_patch feature, int corner, struct haptable_energy* energy) {
     const float* alpha = contact->alpha;
     struct reduced linear;
-    struct sym_factored factored;
-    float c[6];
-    float u[3];
+    float c[6], u[3];
     find_linear(net, degree, alpha, feature, corner, &linear);
     mix_three(alpha, linear.block[0], linear.block[1], linear.block[2], c);
     vec_sub(finger_m, contact->god_object_m, u);
-    factored = sym_factor(c);
+    const struct sym_factored factored = sym_factor(c);
     sym_solve(&factored, u, energy->load_n);
     energy->energy_j = 0.5f * vec_dot(u, energy->load_n);
     slope_of_load(model, contact->patch, degree, linear.block, energy);
@@ -490,15 +462,11 @@ static inline void whole_energy(const struct haptable_model* model, const float*
                                 struct haptable_energy* energy) {
     float* f = energy->load_n;
     struct sym_factored factored;
-    float first_m[2][3];
-    float e[2][3];
+    float first_m[2][3], e[2][3];
     int lifted = 0;
     int steps = 0; /* the load's slope does */
-    int b;
     {
-        float linear[3][6];
-        float c[6];
-        float u[3];
+        float linear[3][6], c[6], u[3];
         const float fraction = fixed_fraction(model, contact);
         linear_of(block, contact->alpha, linear);
         mix_three(contact->alpha, linear[0], linear[1], linear[2], c);
@@ -515,7 +483,7 @@ static inline void whole_energy(const struct haptable_model* model, const float*
     if (lifted) vary_fraction(model, contact->patch, f, first_m);
     bend_net(block, degree, f, lifted, energy->hessian_j);
     edges_of(model, contact->patch, e);
-    for (b = 0; b < 2; ++b) energy->gradient_j[b] = -vec_dot(e[b], f) - 0.5f * vec_dot(f, first_m[b]);
+    for (int b = 0; b < 2; ++b) energy->gradient_j[b] = -vec_dot(e[b], f) - 0.5f * vec_dot(f, first_m[b]);
     put_second_order(&factored, e, first_m, energy);
     if (steps) {
         vec_no_number(energy->load_gradient_n[0]);

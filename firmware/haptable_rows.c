@@ -14,8 +14,7 @@ static void load_of(const struct haptable_model* model, const struct haptable_co
         model->energy(model, contact, finger_m, HAPTABLE_ENERGY_LOAD, &energy);
         vec_copy(energy.load_n, load_n);
     } else {
-        float nodal_n[3][3];
-        float force_n[3];
+        float nodal_n[3][3], force_n[3];
         model->force(model, contact, finger_m, nodal_n, force_n);
         vec_zero(load_n);
         vec_add_scaled(-1.0f, force_n, load_n);
@@ -28,9 +27,8 @@ static void load_of(const struct haptable_model* model, const struct haptable_co
 /* How much of the contact's load was given, which was one: limits, and what is owed, may have lowered it. */
 static float given_part(const float load_n[3], const float given_n[3]) {
     const float load2 = vec_length2(load_n);
-    float share2;
     if (!(load2 > HAPTABLE_NO_FORCE2)) return 0.0f;
-    share2 = vec_length2(given_n) / load2;
+    const float share2 = vec_length2(given_n) / load2;
     return share2 < 1.0f ? share2 * vec_inverse_root(share2) : 1.0f;
 }
 
@@ -38,33 +36,27 @@ int haptable_rows_alone(const struct haptable_model* model, const struct haptabl
                         const float load_n[3], float (*a)[HAPTABLE_ROWS]) {
     const struct haptable_contact* contact = &servo->contact;
     const int at = 3 * finger;
-    float across[3][3];
-    float volume = 0.0f;
-    int i;
-    int j;
-    for (i = 0; i < 3; ++i) vec_zero(&a[at + i][at]);
-    if (contact->patch != HAPTABLE_NONE && vec_length2(load_n) > HAPTABLE_NO_FORCE2) {
-        float s[3][3];
-        float full_n[3] = {0.0f, 0.0f, 0.0f};
-        for (i = 0; i < 3; ++i) {
-            float at_m[3];
-            float column_n[3];
-            vec_copy(contact->god_object_m, at_m);
-            at_m[i] += UNIT_M;
-            load_of(model, contact, at_m, column_n);
-            vec_zero(s[i]);
-            vec_add_scaled(1.0f / (at_m[i] - contact->god_object_m[i]), column_n, s[i]); /* UNIT_M as it was rounded */
-            vec_add_scaled(servo->finger_m[i] - contact->god_object_m[i], s[i], full_n);
-        }
-        for (i = 0; i < 3; ++i) vec_cross(s[(i + 1) % 3], s[(i + 2) % 3], across[i]);
-        volume = given_part(full_n, load_n) * vec_dot(s[0], across[0]);
+    float s[3][3], across[3][3], full_n[3] = {0.0f, 0.0f, 0.0f};
+    for (int i = 0; i < 3; ++i) {
+        vec_zero(&a[at + i][at]);
+        a[at + i][at + i] = 1.0f;
     }
-    for (i = 0; i < 3; ++i) {
-        if (!(volume > 0.0f)) a[at + i][at + i] = 1.0f;
-        for (j = 0; j <= i && volume > 0.0f; ++j) /* cppcheck-suppress uninitvar ; a volume has them */
-            a[at + i][at + j] = 0.5f * (across[i][j] + across[j][i]) / volume;
+    if (contact->patch == HAPTABLE_NONE || !(vec_length2(load_n) > HAPTABLE_NO_FORCE2)) return 0;
+    for (int i = 0; i < 3; ++i) {
+        float at_m[3], column_n[3];
+        vec_copy(contact->god_object_m, at_m);
+        at_m[i] += UNIT_M;
+        load_of(model, contact, at_m, column_n);
+        vec_zero(s[i]);
+        vec_add_scaled(1.0f / (at_m[i] - contact->god_object_m[i]), column_n, s[i]); /* UNIT_M as it was rounded */
+        vec_add_scaled(servo->finger_m[i] - contact->god_object_m[i], s[i], full_n);
     }
-    return volume > 0.0f;
+    for (int i = 0; i < 3; ++i) vec_cross(s[(i + 1) % 3], s[(i + 2) % 3], across[i]);
+    const float volume = given_part(full_n, load_n) * vec_dot(s[0], across[0]);
+    if (!(volume > 0.0f)) return 0;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j <= i; ++j) a[at + i][at + j] = 0.5f * (across[i][j] + across[j][i]) / volume;
+    return 1;
 }
 
 unsigned haptable_rows_of_one(const struct haptable_scene* scene, void* state, const struct haptable_past past[],

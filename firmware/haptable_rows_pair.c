@@ -14,9 +14,8 @@ static float growth_of(const struct haptable_pair_law* law, const struct haptabl
                        const float given_n[3]) {
     const float given2 = vec_dot(given_n, given_n);
     float load_n[3];
-    float load2;
     haptable_pair_load_of(law, own->a, v, load_n);
-    load2 = vec_dot(load_n, load_n);
+    const float load2 = vec_dot(load_n, load_n);
     if (!(given2 > HAPTABLE_NO_FORCE2 && load2 > HAPTABLE_NO_FORCE2)) return 0.0f;
     return load2 > given2 ? vec_inverse_root(given2 / load2 * vec_inverse_root(given2 / load2)) : 1.0f;
 }
@@ -33,9 +32,7 @@ static void put_block(const float own[6], float by, float (*a)[ROWS], int at) {
 /* C_21: X^T, or of a stiffness A_2^-1 X^T A_1^-1. */
 static void put_cross(const struct haptable_pair_law* law, float c[HAPTABLE_FINGERS][6], const float x[9], float by,
                       float (*a)[ROWS]) {
-    int i;
-    int j;
-    for (i = 0; i < 3; ++i) {
+    for (int i = 0; i < 3; ++i) {
         float unit[3] = {0.0f, 0.0f, 0.0f};
         float column[3]; /* of C_21 */
         unit[i] = 1.0f;
@@ -47,7 +44,7 @@ static void put_cross(const struct haptable_pair_law* law, float c[HAPTABLE_FING
         } else {
             mat_transposed_product(x, unit, column);
         }
-        for (j = 0; j < 3; ++j) a[3 + j][i] = by * column[j];
+        for (int j = 0; j < 3; ++j) a[3 + j][i] = by * column[j];
     }
 }
 
@@ -60,8 +57,7 @@ static unsigned rows_of_both(const struct haptable_pair_model* tables, struct ha
     float c[HAPTABLE_FINGERS][6];
     float growth[HAPTABLE_FINGERS] = {0.0f, 0.0f};
     unsigned presses = 0;
-    int f;
-    for (f = 0; f < HAPTABLE_FINGERS; ++f) {
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f) {
         if (at[f]->patch == HAPTABLE_NONE || !pair->touches[f]) continue;
         tables->law->own(tables->model, at[f], pair->servo[f].finger_m, &own[f]);
         growth[f] = growth_of(tables->law, &own[f], pair->view[f].v, past[f].load_n);
@@ -80,7 +76,7 @@ static unsigned rows_of_both(const struct haptable_pair_model* tables, struct ha
         (void)haptable_pair_share(&pair->view[0], &own[0], x);
         put_cross(tables->law, c, x, growth[0] * growth[1], a);
     }
-    for (f = 0; f < HAPTABLE_FINGERS; ++f)
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f)
         put_block((presses >> f & 1u) != 0u ? c[f] : none, (presses >> f & 1u) != 0u ? growth[f] * growth[f] : 1.0f, a,
                   3 * f);
     return presses;
@@ -90,10 +86,9 @@ unsigned haptable_rows_of_two(const struct haptable_scene* scene, void* state, c
                               float (*a)[ROWS]) {
     struct haptable_pair* pair = (struct haptable_pair*)state;
     unsigned presses = 0;
-    int f;
-    for (f = 0; f < 3; ++f) vec_zero(a[3 + f]);
+    for (int f = 0; f < 3; ++f) vec_zero(a[3 + f]);
     if (past[0].is_known && past[1].is_known) return rows_of_both(scene->pair, pair, past, a);
-    for (f = 0; f < HAPTABLE_FINGERS; ++f)
+    for (int f = 0; f < HAPTABLE_FINGERS; ++f)
         if (haptable_rows_alone(scene->model, &pair->servo[f], f, past[f].load_n, a)) presses |= 1u << f;
     return presses;
 }
