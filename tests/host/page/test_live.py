@@ -79,7 +79,7 @@ def first(live):
 
 
 def until(browser, expression: str) -> None:
-    assert browser.wait_until(expression), (expression, browser.evaluate("[document.body.innerText, haptable.frame()]"))
+    assert browser.wait_until(expression), (expression, browser.evaluate("document.body.innerText"))
 
 
 def says(browser, text: str) -> None:
@@ -109,7 +109,7 @@ def press_until(browser, *seen, point: str = TOP, tries: int = 60) -> tuple:
             return at
         browser.mouse("Released", *at)
         browser.wait_until("!haptable.frame().contact", patience_s=4)
-    raise AssertionError((seen, browser.evaluate("[document.body.innerText, haptable.frame()]")))
+    raise AssertionError((seen, browser.evaluate("document.body.innerText")))
 
 
 def expect_quiet(browser, url: str) -> None:
@@ -219,10 +219,16 @@ def test_shows_two_fingers_that_lift_a_body_and_its_pointer_is_both(live, need):
     rows = read_csv(live.folder / "page.csv")
     assert (rows["contact"] + rows["contact2"] == 2).any()
     assert rows["body_z"].max() > browser.evaluate("haptable.scene().body.rest_centre[2]") + 0.01, "lifted"
-    at = press_until(browser, (browser, "haptable.frame().contact"), point="[0.010, 0.015, 0.03]")
-    browser.key("f")
-    browser.mouse("Released", *at)
-    press_until(browser, (browser, both_touch), point="[0.020, 0.015, 0.03]")
+    for _ in range(30):  # as press_until, but one that is left in its dent is lifted by its own press
+        at = press_until(browser, (browser, "haptable.frame().contact"), point="[0.010, 0.015, 0.03]")
+        browser.key("f")
+        browser.mouse("Released", *at)
+        at = press(browser, "[0.020, 0.015, 0.03]")
+        if met := browser.wait_until(both_touch, patience_s=4):
+            break
+        browser.mouse("Released", *at)
+        browser.key("f")
+    assert met
     expect_quiet(browser, url)
     live.end_view()
     live.end_servo()
