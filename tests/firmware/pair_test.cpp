@@ -79,6 +79,7 @@ public:
     const haptable_pair& state() const { return state_; }
     haptable_pair& state() { return state_; }
     const haptable_pair_model& model() const { return pair_model_; }
+    void blocks_by(haptable_pair_blocks_fn* blocks) { pair_model_.blocks = blocks; }
 
     haptable_output out[2]{};
     Vector3d at[2];
@@ -646,6 +647,40 @@ TEST(Pair, MasksThatAreWideHaveTheirControlsInClusters) {
     EXPECT_LE(pair_bytes(few), 1'200'000U);
     const Errors errors = compare_forces(body, ForceLaw::kPressureMask, 20);
     EXPECT_LT(errors.worst, 1e-2);
+}
+
+int blocks_read = 0;
+
+void count_blocks(const haptable_pair_model* tables, std::uint16_t first, std::uint16_t second, float (*block)[9]) {
+    ++blocks_read;
+    haptable_pair_blocks_clusters(tables, first, second, block);
+}
+
+// Blocks of two patches in clusters are what a tick of two fingers costs most: one that settles both reads
+// HAPTABLE_PAIR_READS, one that solves for both reads them where the fingers stay for a second tick.
+TEST(Pair, FewBlocksOfClustersAreReadInATick) {
+    const ElasticBody body(for_two(cube_scene(5, 0.3), 70'000), ForceLaw::kPressureMask, 0.01);
+    for (const GodObject god : every<GodObject>()) {
+        Pair pair(body, god);
+        pair.blocks_by(count_blocks);
+        std::mt19937 random(7);
+        std::uniform_real_distribution<double> on_top(0.004, 0.026), inside(0.001, 0.004);
+        Vector3d at[2] = {{0.008, 0.01, 0.031}, {0.021, 0.02, 0.031}}, to[2] = {at[0], at[1]};
+        int both = 0, all = 0;
+        for (int tick = 0; tick < 4000; ++tick) {
+            for (int f = 0; f < 2; ++f) {
+                if (tick % 20 == 10 * f) to[f] = Vector3d(on_top(random), on_top(random), 0.03 - inside(random));
+                at[f] += 0.1 * (to[f] - at[f]);
+            }
+            blocks_read = 0;
+            pair.to(at[0], at[1]);
+            EXPECT_LE(blocks_read, HAPTABLE_PAIR_READS + (god == GodObject::kNearest ? 0 : 1)) << god << " " << tick;
+            all += blocks_read;
+            both += pair.touches(0) && pair.touches(1) ? 1 : 0;
+        }
+        EXPECT_GT(both, 2000) << god;
+        EXPECT_GT(all, 100) << god;
+    }
 }
 
 TEST(Pair, TheMouseHasAHundredthInTheBytesOfTheDefault) {
