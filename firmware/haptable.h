@@ -46,7 +46,7 @@ extern "C" {
 #endif
 
 /* Tables and servo trust each other only through this number: codegen writes it, model.h checks it. */
-#define HAPTABLE_TABLE_VERSION 11
+#define HAPTABLE_TABLE_VERSION 12
 
 /* No patch, no neighbour. A model has at most 65,534 patches and as many vertices. */
 #define HAPTABLE_NONE 0xFFFFu
