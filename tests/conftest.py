@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 sys.path[:0] = [str(folder) for folder in Path(__file__).resolve().parents[:2]]  # programs, lab
+from lab import browser as browsers  # noqa: E402
 from programs import BUILD, BUILT, ROOT, SHARED, Listener, Programs  # noqa: E402
 
 
@@ -22,6 +23,16 @@ def tmp_path(tmp_path):
     """pytest keeps those of three runs: some hold an installed haptable."""
     yield tmp_path
     shutil.rmtree(tmp_path, ignore_errors=True)
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """One for all tests of a file that do not need their own: it takes longer to start than most of them."""
+    if why := browsers.missing():
+        pytest.skip(why)
+    one = browsers.Browser()
+    yield one
+    one.close()
 
 
 @pytest.fixture

@@ -15,16 +15,6 @@ FELT = "haptable.frame().contact && haptable.frame().force[2] > 1e-3"
 FREE = "haptable.frame().state === 1 && haptable.frame().force[2] === 0"
 
 
-@pytest.fixture(scope="module")
-def shared_browser():
-    """For the tests that need one alone, which takes a second to start."""
-    if why := browsers.missing():
-        pytest.skip(why)
-    one = browsers.Browser()
-    yield one
-    one.close()
-
-
 class Live:
     """A session and the program that serves its page."""
 
@@ -65,9 +55,9 @@ class Live:
 
 
 @pytest.fixture
-def live(tmp_path, start, shared_browser, need, lcm_url) -> Live:
+def live(tmp_path, start, browser, need, lcm_url) -> Live:
     need("cube/servo", "bin/haptable-device", "bin/haptable-view", "lib/page/servo.wasm")
-    return Live(tmp_path, start, shared_browser)
+    return Live(tmp_path, start, browser)
 
 
 @pytest.fixture

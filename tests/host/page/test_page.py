@@ -25,16 +25,6 @@ FLOOR = ("[gravity]\ndensity = 1000.0\n[body]\nfree = true\nfloor = 0.0\nfloor_f
 DENTED = "haptable.frame().contact && haptable.frame().displacement.some(u => u < -2e-4)"
 
 
-@pytest.fixture(scope="module")
-def browser():
-    """One for all tests, which takes longer to start than most of them."""
-    if why := browsers.missing():
-        pytest.skip(why)
-    one = browsers.Browser()
-    yield one
-    one.close()
-
-
 class Page:
     """A scene's tables, the body that the library has of them, and the page, open in a browser or not yet."""
 
