@@ -155,6 +155,7 @@ public:
 
     const Felt& felt() const { return now_.felt; }
     bool touches() const { return now_.contact; }
+    const SurfacePoint& at() const { return now_.at; }
     double energy_j() const { return now_.energy_j(); }
     std::size_t limits() const {
         return std::size_t{now_.counters.walk_limits} + now_.counters.slide_limits + now_.counters.box_limits;
@@ -471,7 +472,9 @@ public:
           ticks_(ticks),
           scene_(touched.model, touched.pair, touched.body, touched.modes),
           rigid_(touched.body != nullptr ? rigid_of(*touched.body) : Rigid()),
-          ledger_(touched.servo.stiffness.felt_n_per_m, touched.body != nullptr ? &rigid_ : nullptr) {
+          ledger_(
+              touched.servo.stiffness.felt_n_per_m, touched.body != nullptr ? &rigid_ : nullptr,
+              touched.modes != nullptr && (touched.model.energy == nullptr || touched.model.frictionless != nullptr)) {
         for (std::size_t f = 0; f < scene_.fingers(); ++f)
             finger_.push_back(std::make_unique<FingerTrial>(touched_, scene_, f, tick_, verdict_));
     }
@@ -569,7 +572,10 @@ private:
         for (std::size_t f = 0; f < finger_.size(); ++f) felt[f] = finger_[f]->felt();
         const double contacts_j =
             touched_.pair != nullptr ? static_cast<double>(scene_.pair()->energy_j) : finger_[0]->energy_j();
-        ledger_.note(felt.data(), finger_.size(), modes_j(scene_), tick_.before, tick_.after);
+        Matrix6d together = Matrix6d::Zero();
+        if (finger_.size() == 2 && finger_[0]->touches() && finger_[1]->touches())
+            together = touched_.law.stiffness_of_two(*touched_.pair, {finger_[0]->at(), finger_[1]->at()});
+        ledger_.note(felt.data(), finger_.size(), modes_j(scene_), tick_.before, tick_.after, together);
         verdict_.most_stored_j = std::max(verdict_.most_stored_j, contacts_j + ledger_.largest_j());
         verdict_.most_given_j = ledger_.risen_j();
         if (ledger_.risen_j() > kEnergy * verdict_.most_stored_j + ledger_.rounded_j())

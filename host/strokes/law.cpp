@@ -11,6 +11,9 @@ namespace haptable {
 
 namespace {
 
+// What is left of each place's compliance by itself, at the least: the mean of C_1^-1 N.
+constexpr double kLeastOwn = 1.0 / 64.0;
+
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
@@ -49,6 +52,10 @@ Law::Law(const Tables& tables, const ServoModel& servo)
         std::array<bool, 3> fixed{};
         for (std::size_t c = 0; c < 3; ++c) fixed[c] = servo.patch[p][c] >= servo.free_count;
         fixed_.push_back(fixed);
+        std::array<Vector3d, 3> corner_m;
+        for (std::size_t c = 0; c < 3; ++c)
+            corner_m[c] = Eigen::Map<const Eigen::Vector3f>(servo.vertex_m[servo.patch[p][c]].data()).cast<double>();
+        corner_m_.push_back(corner_m);
     }
     if (degree_ == 1)
         gather_stiffness(tables, servo);
@@ -141,6 +148,42 @@ Matrix3d Law::stiffness(const SurfacePoint& g) const {
     Matrix3d p = polynomial(g);
     if (degree_ == 1) return p;
     return (p + lift(g, p) * Matrix3d::Identity()).inverse();
+}
+
+Eigen::Matrix<double, 6, 6> Law::stiffness_of_two(const haptable_pair_model& pair,
+                                                  const std::array<SurfacePoint, 2>& g) const {
+    const std::size_t controls = pair.law->controls;
+    std::array<std::array<double, HAPTABLE_PAIR_CONTROLS>, 2> weight{};
+    std::array<Vector3d, 2> at_m;
+    std::array<Matrix3d, 2> c;
+    for (std::size_t f = 0; f < 2; ++f) {
+        at_m[f].setZero();
+        for (std::size_t k = 0; k < 3; ++k) {  // of a mask the corners, then the edges opposite to them
+            const double a = g[f].alpha[static_cast<Eigen::Index>(k)];
+            const double rest = g[f].alpha[static_cast<Eigen::Index>((k + 1) % 3)];
+            const double last = g[f].alpha[static_cast<Eigen::Index>((k + 2) % 3)];
+            weight[f][k] = controls == 3 ? a : a * a;
+            if (controls == HAPTABLE_PAIR_CONTROLS) weight[f][3 + k] = 2.0 * rest * last;
+            at_m[f] += a * corner_m_[g[f].patch][k];
+        }
+        c[f] = stiffness(g[f]).inverse();
+    }
+    std::array<float[9], HAPTABLE_PAIR_CONTROLS * HAPTABLE_PAIR_CONTROLS> blocks;
+    pair.blocks(&pair, static_cast<std::uint16_t>(g[0].patch), static_cast<std::uint16_t>(g[1].patch), blocks.data());
+    Matrix3d x = Matrix3d::Zero();
+    for (std::size_t k = 0; k < controls; ++k)
+        for (std::size_t l = 0; l < controls; ++l)
+            x += weight[0][k] * weight[1][l] *
+                 Eigen::Map<const Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>(blocks[k * controls + l]).cast<double>();
+    const double near =
+        std::max(0.0, 1.0 - (at_m[0] - at_m[1]).squaredNorm() / std::pow(static_cast<double>(pair.meeting_m), 2));
+    x *= 1.0 - static_cast<double>(HAPTABLE_PAIR_MEETING) * near * near;
+    if (pair.law->is_stiffness != 0) x = c[0] * x * c[1];
+    const double left = 1.0 - (c[0].inverse() * x * c[1].inverse() * x.transpose()).trace() / 3.0;
+    if (left < kLeastOwn) x *= std::sqrt((1.0 - kLeastOwn) / (1.0 - left));
+    Eigen::Matrix<double, 6, 6> both;
+    both << c[0], x, x.transpose(), c[1];
+    return both.inverse();
 }
 
 Vector3d Law::nodal_force(const SurfacePoint& g, const Matrix3d& s, const Vector3d& u, int c) const {

@@ -6,6 +6,7 @@
 #include <array>
 
 #include "codegen/model.hpp"
+#include "firmware/haptable_pair.h"
 
 namespace haptable {
 
@@ -25,6 +26,10 @@ public:
     Eigen::Matrix3d stiffness(const SurfacePoint& g) const;
     /// The force on corner c under a displacement u, N. s: stiffness(g).
     Eigen::Vector3d nodal_force(const SurfacePoint& g, const Eigen::Matrix3d& s, const Eigen::Vector3d& u, int c) const;
+    /// C^-1 of two places that are both pressed, C = [C_1 C_12; C_12^T C_2], N/m: C_12 from the pair's tables, less
+    /// where they meet or where the two are as good as one (docs/SPEC.md).
+    Eigen::Matrix<double, 6, 6> stiffness_of_two(const haptable_pair_model& pair,
+                                                 const std::array<SurfacePoint, 2>& g) const;
     /// True where the surface drawn with a contact's forces must meet the finger: force = "consistent", not lifted.
     bool draws(const SurfacePoint& g) const;
     /// By how much nodal forces on the patch move the point, m: sum alpha_a L_ab F_b. before: draws(g).
@@ -40,12 +45,13 @@ private:
 
     int degree_;  ///< 1: S itself; 2, 4: C
     double rigid_n_per_m_;
-    std::size_t controls_ = 0;                  ///< of a patch
-    std::vector<std::array<int, 3>> exponent_;  ///< [controls] of alpha
-    std::vector<double> multinomial_;           ///< [controls]
-    std::vector<Block> control_;                ///< [p controls]
-    std::vector<std::array<bool, 3>> fixed_;    ///< [p] corners
-    std::vector<std::array<Block, 9>> pair_;    ///< [p] L_ab, row by row of corners; consistent only
+    std::size_t controls_ = 0;                              ///< of a patch
+    std::vector<std::array<int, 3>> exponent_;              ///< [controls] of alpha
+    std::vector<double> multinomial_;                       ///< [controls]
+    std::vector<Block> control_;                            ///< [p controls]
+    std::vector<std::array<bool, 3>> fixed_;                ///< [p] corners
+    std::vector<std::array<Eigen::Vector3d, 3>> corner_m_;  ///< [p]
+    std::vector<std::array<Block, 9>> pair_;                ///< [p] L_ab, row by row of corners; consistent only
 };
 
 }  // namespace haptable

@@ -64,28 +64,36 @@ double modes_j(const SceneState& scene) {
     return 0.5 * twice;
 }
 
-void Ledger::note(const Felt felt[], std::size_t fingers, double stored_j, const Motion& before, const Motion& after) {
+void Ledger::note(const Felt felt[], std::size_t fingers, double stored_j, const Motion& before, const Motion& after,
+                  const Matrix6d& together) {
     bool touches = false;
-    double least_j = stored_j, most_j = stored_j;
+    double least_j = stored_j, most_j = stored_j, alone_j = 0.0;
+    Eigen::Matrix<double, 6, 2> ways = Eigen::Matrix<double, 6, 2>::Zero();  // in the world, in the body's frame
     if (rigid_ != nullptr) {
         const auto [low, high] = motion_of(before, after);
         least_j += low;
         most_j += high;
     }
     for (std::size_t f = 0; f < fingers; ++f) {
-        const Vector3d inside =
-            rigid_ != nullptr ? Vector3d(before.turn.conjugate() * (felt[f].at_m - before.centre_m)) : felt[f].at_m;
+        const Vector3d inside = is_relative_ ? felt[f].inside_m
+                                : rigid_ != nullptr
+                                    ? Vector3d(before.turn.conjugate() * (felt[f].at_m - before.centre_m))
+                                    : felt[f].at_m;
         if (ticks_ > 0) {
             const Vector3d way = felt[f].at_m - last_[f].at_m;
             given_j_ += (last_[f].force_n - last_[f].released_n).dot(way) + felt[f].released_n.dot(way);
+            ways.block<3, 2>(3 * static_cast<Eigen::Index>(f), 0) << before.turn.conjugate() * way, inside - inside_[f];
             if (felt[f].touches || last_[f].touches)
-                wall_j_ += 0.5 * stiffness_n_per_m_ * std::max(way.squaredNorm(), (inside - inside_[f]).squaredNorm());
+                alone_j += 0.5 * stiffness_n_per_m_ * std::max(way.squaredNorm(), (inside - inside_[f]).squaredNorm());
         }
         rounded_j_ += 0x1p-24 * felt[f].load_n.norm() * (felt[f].at_m.norm() + felt[f].god_m.norm());
         touches |= felt[f].touches;
         last_[f] = felt[f];
         inside_[f] = inside;
     }
+    const auto wall_of = [&](const Matrix6d& k) { return 0.5 * (ways.transpose() * k * ways).diagonal().maxCoeff(); };
+    wall_j_ += std::max({alone_j, wall_of(together_), wall_of(together)});
+    together_ = together;
     const double now = least_j + given_j_ - wall_j_;
     largest_j_ = std::max(largest_j_, most_j);
     if (ticks_++ > 0 && now - lowest_ > risen_j_) risen_j_ = now - lowest_, risen_tick_ = ticks_ - 1;

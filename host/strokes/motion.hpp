@@ -60,17 +60,26 @@ Felt felt_of(const SceneState& scene, std::size_t finger, const haptable_input& 
 /// 1/2 (q'^2 + omega^2 q^2) of all modes; 0 where there are none.
 double modes_j(const SceneState& scene);
 
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
 /// An account of energy that nobody can talk into anything: of the body's motion, its modes and its contacts, and what
 /// the hands were given. What there is and what the hands were given never rises, from any moment on at which nothing
 /// touches, by more than a wall of the body's stiffness makes of the same hands: k/2 times a tick's way, in the world
-/// or in the body's frame, squared, while a finger touches (Colgate and Schenkel 1997).
+/// or in the body's frame, squared, while a finger touches (Colgate and Schenkel 1997). Two that press are two springs
+/// that are coupled, K of C^-1: where C is nearly singular, as on a body that bends under either, K is far above k, and
+/// the wall makes 1/2 w^T K w of both ways w at once.
 class Ledger {
 public:
-    /// rigid: null where the body is held; it must outlive the ledger.
-    Ledger(double stiffness_n_per_m, const Rigid* rigid) : stiffness_n_per_m_(stiffness_n_per_m), rigid_(rigid) {}
+    /// rigid: null where the body is held; it must outlive the ledger. is_relative: the way of a surface that modes
+    /// swing under the finger counts too, as for a wall on a moving base: of forces that have no energy, which the
+    /// servo takes back a tick after they made it.
+    Ledger(double stiffness_n_per_m, const Rigid* rigid, bool is_relative = false)
+        : stiffness_n_per_m_(stiffness_n_per_m), rigid_(rigid), is_relative_(is_relative) {}
 
-    /// One tick; stored_j: in contacts and modes. before, after: of a free body, around the step.
-    void note(const Felt felt[], std::size_t fingers, double stored_j, const Motion& before, const Motion& after);
+    /// One tick; stored_j: in contacts and modes. before, after: of a free body, around the step. together: N/m, body
+    /// axes, of two that press both; zero otherwise.
+    void note(const Felt felt[], std::size_t fingers, double stored_j, const Motion& before, const Motion& after,
+              const Matrix6d& together = Matrix6d::Zero());
 
     double risen_j() const { return risen_j_; }  ///< the most, beyond what a wall makes
     int risen_tick() const { return risen_tick_; }
@@ -85,8 +94,10 @@ private:
 
     double stiffness_n_per_m_;
     const Rigid* rigid_;
+    bool is_relative_;
     std::array<Felt, 2> last_;
     std::array<Eigen::Vector3d, 2> inside_;
+    Matrix6d together_ = Matrix6d::Zero();  ///< of the last tick
     double given_j_ = 0.0, wall_j_ = 0.0, lowest_ = HUGE_VAL, risen_j_ = 0.0, largest_j_ = 0.0, rounded_j_ = 0.0;
     int ticks_ = 0, risen_tick_ = -1;
 };
