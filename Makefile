@@ -166,10 +166,9 @@ touch: $(BUILD)/bin/haptable-precompute $(BUILD)/bin/haptable-view $(PAGE_PARTS)
 	$(BUILD)/bin/haptable-view $(BUILD)/$$name --page $(BUILD)/$$name/touch.html --quiet && \
 	echo "$(BUILD)/$$name/touch.html: open it in a browser, and press on the body"
 
-# test: install what is missing, build and run every test but those of packages and of several machines
+# test: install what is missing, build and run every test but those of packages, of the laboratory and of several machines
 .PHONY: test
-test: $(MODULES) $(BUILD)/tests/unit $(BUILD)/bin/haptable-keys all $(PAGE_PARTS) library $(addprefix $(BUILD)/bin/haptable-,contact $(addprefix bench-,ticks devices inversion realtime)) $(BUILD)/setup-package.stamp $(BUILD)/setup-lab.stamp
-	@$(MAKE) --no-print-directory $(BUILD)/lab/site/ready || echo "no packages of PyPI: the tests beside scikit-fem skip"
+test: $(MODULES) $(BUILD)/tests/unit $(BUILD)/bin/haptable-keys all $(PAGE_PARTS) library
 	@$(MAKE) --no-print-directory test-fuzz images test-python
 	@BUILD=$(BUILD) sh scripts/test.sh
 
@@ -178,10 +177,10 @@ test: $(MODULES) $(BUILD)/tests/unit $(BUILD)/bin/haptable-keys all $(PAGE_PARTS
 test-changed: $(BUILD)/tests/unit
 	@BUILD=$(BUILD) sh scripts/test-changed.sh
 
-# test-all: make test, then what proves packages, installed copies and several machines
+# test-all: make test, then what proves packages, installed copies, the laboratory and several machines
 .PHONY: test-all
 test-all: test
-	@$(MAKE) --no-print-directory test-mpi
+	@$(MAKE) --no-print-directory test-mpi test-lab test-packages
 	@BUILD=$(BUILD) sh scripts/test.sh whole
 
 # test-tried: make test in a clone in a Debian 12 that has git and make and nothing else
@@ -190,7 +189,7 @@ test-tried: | $(BUILD)/setup-bare.stamp
 	@sh scripts/bare.sh 'make test'
 
 # What the tests run besides, side by side: none makes what another does.
-.PHONY: test-fuzz test-mpi test-python
+.PHONY: test-fuzz test-mpi test-lab test-packages test-python
 test-fuzz: $(TYPES)
 	@BUILD=$(BUILD) sh scripts/fuzz.sh 3
 
@@ -204,6 +203,10 @@ $(BUILD)/lab/site/ready: lab/references.txt | $(BUILD)/setup-lab.stamp
 
 test-mpi:
 	@if sh scripts/setup.sh mpi; then $(MAKE) --no-print-directory mpi $(BUILD)/tests/ranks; else echo "no Open MPI or MUMPS: the tests of mpi skip"; fi
+test-lab: $(addprefix $(BUILD)/bin/haptable-,contact $(addprefix bench-,ticks devices inversion realtime)) $(BUILD)/setup-lab.stamp
+	@$(MAKE) --no-print-directory $(BUILD)/lab/site/ready || echo "no packages of PyPI: the tests beside scikit-fem skip"
+test-packages: $(BUILD)/setup-package.stamp
+	@$(MAKE) --no-print-directory $(BUILD)/python/wheels/ready || echo "no packages of PyPI: the tests that install them skip"
 test-python:
 	@$(MAKE) --no-print-directory $(BUILD)/python/ready || echo "no packages of PyPI: the tests that speak with Python clients skip"
 
@@ -482,8 +485,8 @@ $(BUILD)/lib/page/%: host/page/web/%
 	@mkdir -p $(@D)
 	@cp $< $@
 
-# What speaks to our programs in tests and is not ours.
-$(BUILD)/python/ready: scripts/python.sh | $(BUILD)/setup-test.stamp
+# What speaks to our programs in tests and is not ours; and what tests of packages install.
+$(BUILD)/python/ready $(BUILD)/python/wheels/ready: scripts/python.sh | $(BUILD)/setup-test.stamp
 	$(say) PYTHON $(@D)
 	$(Q)sh scripts/python.sh $(@D)
 	@touch $@

@@ -127,7 +127,7 @@ $(DEB)/bin/haptable-view: $(BUILD)/host/page/live/main.cpp.o $(filter-out %/view
 
 # bench-ways: size and time of each way from nothing to a force, and of a tick from Python beside C (then: make report)
 .PHONY: bench-ways
-bench-ways: all library $(BUILD)/python/ready | $(BUILD)/setup-package.stamp $(BUILD)/setup-cross.stamp
+bench-ways: all library $(BUILD)/python/wheels/ready | $(BUILD)/setup-package.stamp $(BUILD)/setup-cross.stamp
 	@mkdir -p $(BUILD)/report
 	@BUILD=$(BUILD) python3 packaging/ways.py $(BUILD)/report/ways.json
 	@BUILD=$(BUILD) $(BUILD)/package/ways/venv/bin/python python/tests/measure.py $(BUILD)/report/python.json

@@ -2,7 +2,7 @@
 """What each way of docs/INSTALL.md takes, from what `make` built to a force: python3 packaging/ways.py OUT.json
 
 Processor time of all that a way runs, and what it leaves on the disk. Called by `make bench-ways` from the project's
-root; works in BUILD/package/ways. PyPI's packages are those of `make build/python/ready`, so that no network is measured."""
+root; works in BUILD/package/ways. PyPI's packages are those of `make build/python/wheels/ready`, so that no network is measured."""
 import json
 import os
 import pathlib

@@ -16,7 +16,7 @@ packages_of() {
             libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libfmt-dev ;;
     surface) echo libcgal-dev ;; # closed surfaces
     touch) echo clang lld libjs-three ;; # the page: the servo as WebAssembly, and what draws
-    test) echo libgtest-dev python3-pytest python3-numpy python3-venv python3-jsonschema clang libclang-rt-14-dev lld libjs-three chromium ffmpeg locales ;;
+    test) echo libgtest-dev python3-pytest python3-numpy python3-venv python3-cffi python3-jsonschema clang libclang-rt-14-dev lld libjs-three chromium ffmpeg locales ;;
     lint) echo git python3 clang-format clang-tidy cppcheck universal-ctags ;;
     bench) echo libbenchmark-dev ;;
     lab) echo calculix-ccx cmark-gfm python3-numpy python3-scipy python3-pandas python3-matplotlib python3-cffi python3-pytest python3-venv ;; # lab/: pages and figures

@@ -3,8 +3,8 @@
 #
 # Runs the tests, one process a processor, says why some were skipped, and ends with one line: N passed, N failed, N
 # skipped. Called by `make test` from the project's root; arguments go to the test program (BUILD=build sh
-# scripts/test.sh --gtest_filter='Mesh*'). `test.sh whole`: those that prove packages, installed copies and several
-# machines, which `make test-all` runs besides: tests/packaging and tests/host/mpi.
+# scripts/test.sh --gtest_filter='Mesh*'). `test.sh whole`: those that prove packages, installed copies, the laboratory
+# and several machines, which `make test-all` runs besides: tests/packaging, tests/lab and tests/host/mpi.
 set -u
 
 BUILD=${BUILD:-build}
@@ -30,8 +30,8 @@ mkdir -p "$jobs"
 mpi=$(sed -n 's/^TEST[_FP]*(\([A-Za-z0-9]*\),.*/\1/p' tests/host/mpi/*.cpp | sort -u | tr '\n' ' ')
 case $part in
 chosen) ;;
-whole) find tests/packaging -name 'test_*.py' ;;
-part) find tests -name 'test_*.py' -not -path 'tests/packaging/*' ;;
+whole) find tests/packaging tests/lab -name 'test_*.py' ;;
+part) find tests -name 'test_*.py' -not -path 'tests/packaging/*' -not -path 'tests/lab/*' ;;
 esac >"$jobs/all"
 "$unit" "$@" --gtest_list_tests | awk -v mpi="$mpi" -v part=$part '
     BEGIN { for (i = split(mpi, names); i > 0; i--) is_whole[names[i]] = 1 }

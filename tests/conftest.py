@@ -67,8 +67,8 @@ def need():
 @pytest.fixture
 def wheels() -> dict:
     """Variables by which pip finds packages of PyPI here, and nowhere else (scripts/python.sh brought them)."""
-    if not (BUILT / "python/ready").exists():
-        pytest.skip("the packages of PyPI are not there: make test installs them")
+    if not (BUILT / "python/wheels/ready").exists():
+        pytest.skip("the packages of PyPI are not there: make test-all brings them")
     return {"PIP_NO_INDEX": "1", "PIP_FIND_LINKS": str(BUILT / "python/wheels")}
 
 

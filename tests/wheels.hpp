@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Packages of PyPI for tests that run without a network: scripts/python.sh brought them (make build/python/ready).
+// Packages of PyPI for tests that run without a network; scripts/python.sh brings them (make build/python/ready).
 #pragma once
 
 #include <filesystem>

@@ -67,8 +67,8 @@ def test_the_lines_of_first_md_touch_the_liver(need, lcm_url):
 
 
 @pytest.fixture
-def cube_servo(need, wheels, lcm_url) -> str:
-    return str(need("cube/servo"))
+def cube_servo(need, lcm_url) -> str:
+    return str(need("cube/servo", "python/ready"))
 
 
 def python_of(page: str, folder) -> list:
