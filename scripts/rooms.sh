@@ -8,7 +8,7 @@ set -eu
 firmware=${FIRMWARE:-firmware}
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-module() { basename "$1" | sed 's/\.[chS]$//; s/^haptable_//'; }
+firmware=$(cd "$firmware" && pwd)
 
 # ---- module, room, its place in the order, * ------------------------------------------------------------------------
 awk '/^$/ { below = 1 } below && NF {
@@ -18,20 +18,19 @@ awk '/^$/ { below = 1 } below && NF {
 }' "$firmware/rooms.txt" >"$work/rooms"
 
 # ---- arrows: "from to how" -------------------------------------------------------------------------------------------
-for file in "$firmware"/*.[ch]; do
-    name=$(module "$file")
-    echo "$name $(wc -l <"$file")" >>"$work/lines"
-    grep -q "^$name " "$work/rooms" || echo "$file is in no room of rooms.txt"
-    sed -n "s/^#include \"haptable\(_[a-z0-9_]*\)*\.h\".*/\1/p" "$file" | sed 's/^_//; s/^$/haptable/' | while read -r to; do
-        [ "$to" = "$name" ] || echo "$name $to includes"
-    done >>"$work/arrows"
-    case $file in *.c) ;; *) continue ;; esac
-    gcc -std=c99 -ffreestanding -O0 -w -I"$firmware" -c "$file" -o "$work/$name.o"
-    nm -g --defined-only "$work/$name.o" | awk -v from="$name" '{ print $3, from }' >>"$work/defined"
-    nm -u "$work/$name.o" | awk -v from="$name" '{ print $2, from }' >>"$work/called"
-done >"$work/faults"
-awk 'NR == FNR { at[$1] = $2; next } $1 in at { print $2, at[$1], "calls " $1 " of" }' \
-    "$work/defined" "$work/called" >>"$work/arrows"
+# Of a file's name, its module.
+module='function module(file) { sub(/.*\//, "", file); sub(/\.[cho]$/, "", file); sub(/^haptable_/, "", file); return file }'
+awk -v work="$work" "$module"'
+    FNR == NR { is_in[$1] = 1; next }
+    FNR == 1 { name = module(FILENAME); if (!(name in is_in)) print FILENAME " is in no room of rooms.txt" }
+    { ++lines[name] }
+    /^#include "haptable[a-z0-9_]*\.h"/ { split($0, quoted, "\""); to = module(quoted[2]); if (to != name) print name, to, "includes" >(work "/arrows") }
+    END { for (name in lines) print name, lines[name] >(work "/lines") }' "$work/rooms" "$firmware"/*.[ch] >"$work/faults"
+(cd "$work" && gcc -std=c99 -ffreestanding -O0 -w -I"$firmware" -c "$firmware"/*.c && nm -gA ./*.o) | awk "$module"'
+    { sub(/:/, " ") }
+    $2 == "U" { ++calls; caller[calls] = module($1); callee[calls] = $3; next }
+    { at[$4] = module($1) }
+    END { for (i = 1; i <= calls; ++i) if (callee[i] in at) print caller[i], at[callee[i]], "calls " callee[i] " of" }' >>"$work/arrows"
 awk 'NR == FNR { room[$1] = $2; order[$1] = $3; next }
     order[$2] > order[$1] { how = $3 " " $4 " " $5; sub(/ +$/, "", how); print $1 " (" room[$1] ") " how " " $2 ", which is above it (" room[$2] ")" }' \
     "$work/rooms" "$work/arrows" | sort -u >>"$work/faults"
@@ -47,10 +46,11 @@ awk 'function close_function() { if (name != "" && statements > 1) print name, f
 while read -r name from; do
     grep -q "^$from .* \*$" "$work/rooms" && continue
     grep -lE "(^|[^A-Za-z0-9_])$name\(" "$firmware"/*.[ch] | while read -r file; do
-        grep -qE "^static .*[ *]$name\(" "$file" || echo "$name $from $(module "$file")" # or it is one of its own
+        grep -qE "^static .*[ *]$name\(" "$file" || echo "$name $from $file" # or it is one of its own
     done
 done <"$work/inline" |
-    awk 'NR == FNR { room[$1] = $2; next }
+    awk "$module"'NR == FNR { room[$1] = $2; next }
+        { $3 = module($3) }
         room[$2] != room[$3] { print $3 " (" room[$3] ") calls " $1 "() of a header of " room[$2] ": move it into a .c file" }' \
         "$work/rooms" - >>"$work/faults"
 
