@@ -169,7 +169,7 @@ touch: $(BUILD)/bin/haptable-precompute $(BUILD)/bin/haptable-view $(PAGE_PARTS)
 # test: install what is missing, build and run every test but those of packages, of the laboratory and of several machines
 .PHONY: test
 test: $(MODULES) $(BUILD)/tests/unit $(BUILD)/bin/haptable-keys all $(PAGE_PARTS) library
-	@$(MAKE) --no-print-directory test-fuzz images test-python
+	@$(MAKE) --no-print-directory images test-python
 	@BUILD=$(BUILD) sh scripts/test.sh
 
 # test-changed: build the tests and run those beside the sources that changed since this was last green
@@ -177,10 +177,10 @@ test: $(MODULES) $(BUILD)/tests/unit $(BUILD)/bin/haptable-keys all $(PAGE_PARTS
 test-changed: $(BUILD)/tests/unit
 	@BUILD=$(BUILD) sh scripts/test-changed.sh
 
-# test-all: make test, then what proves packages, installed copies, the laboratory and several machines
+# test-all: make test, then what proves packages, installed copies, the laboratory and several machines; and three seconds of fuzz
 .PHONY: test-all
 test-all: test
-	@$(MAKE) --no-print-directory test-mpi test-lab test-packages
+	@$(MAKE) --no-print-directory test-fuzz test-mpi test-lab test-packages
 	@BUILD=$(BUILD) sh scripts/test.sh whole
 
 # test-tried: make test in a clone in a Debian 12 that has git and make and nothing else
