@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "host/body/body.hpp"
 #include "host/scene/scene.hpp"
 
 namespace haptable::test {
@@ -26,6 +27,23 @@ inline Scene cube_of(const std::string& name, int nodes_per_side, const Material
     scene.mesh.element = element;
     scene.material = material;
     return scene;
+}
+
+/// Nodal forces of what loads a body's surface: force(area, corners) of each face, its area as a vector outwards. Each
+/// corner has a third; with middles they. [3 nodes] N
+template <typename Force>
+Eigen::VectorXd surface_load(const Body& body, Force force) {
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(3 * static_cast<Eigen::Index>(body.mesh.position_m.size()));
+    const auto& x = body.mesh.position_m;
+    const auto add = [&](const std::int32_t* corner, const std::int32_t* loaded) {
+        const std::array at{x[std::size_t(corner[0])], x[std::size_t(corner[1])], x[std::size_t(corner[2])]};
+        const Eigen::Vector3d area = 0.5 * (at[1] - at[0]).cross(at[2] - at[0]), of_face = force(area, at);
+        for (int k = 0; k < 3; ++k) sum.segment<3>(3 * loaded[k]) += of_face / 3.0;
+    };
+    for (const QuadraticFace& face : body.surface.face) add(face.data(), face.data() + 3);
+    if (body.surface.face.empty())
+        for (const Patch& patch : body.surface.patch) add(patch.data(), patch.data());
+    return sum;
 }
 
 }  // namespace haptable::test

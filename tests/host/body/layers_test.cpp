@@ -54,20 +54,12 @@ Eigen::VectorXd displace(const Body& body, Field field) {
     return u;
 }
 
-/// Nodal forces of a traction on the top: of a face each corner has a third; with middles they.
+/// Nodal forces of a traction on the top.
 Eigen::VectorXd on_top(const Body& body, const Vector3d& traction_pa) {
-    Eigen::VectorXd force = Eigen::VectorXd::Zero(3 * static_cast<Index>(body.mesh.position_m.size()));
-    const auto& x = body.mesh.position_m;
-    const auto add = [&](const std::int32_t* corner, const std::int32_t* loaded) {
-        const Vector3d &a = x[std::size_t(corner[0])], &b = x[std::size_t(corner[1])], &c = x[std::size_t(corner[2])];
-        if (std::min({a.z(), b.z(), c.z()}) < 0.999 * kCubeSide_m) return;
-        for (int k = 0; k < 3; ++k)
-            force.segment<3>(3 * loaded[k]) += 0.5 * (b - a).cross(c - a).norm() / 3.0 * traction_pa;
-    };
-    for (const QuadraticFace& face : body.surface.face) add(face.data(), face.data() + 3);
-    if (body.surface.face.empty())
-        for (const Patch& patch : body.surface.patch) add(patch.data(), patch.data());
-    return force;
+    return test::surface_load(body, [&](const Vector3d& area, const std::array<Vector3d, 3>& at) -> Vector3d {
+        const bool is_top = std::min({at[0].z(), at[1].z(), at[2].z()}) > 0.999 * kCubeSide_m;
+        return (is_top ? area.norm() : 0.0) * traction_pa;
+    });
 }
 
 TEST(Membrane, UnderALoadInItsPlaneItPullsAtItsRimAsPlaneStressDoes) {
@@ -122,20 +114,13 @@ double blown_up(int n, Element element) {
     Vector3d centre = Vector3d::Zero();
     for (const Vector3d& x : mesh.position_m) centre += x / static_cast<double>(mesh.position_m.size());
     const Body body = make_body(scene, std::move(mesh));
-    Eigen::MatrixXd force = Eigen::MatrixXd::Zero(3 * static_cast<Index>(body.mesh.position_m.size()), 1), u;
-    const auto& x = body.mesh.position_m;
-    const auto add = [&](const std::int32_t* corner, const std::int32_t* loaded) {
-        const Vector3d& a = x[std::size_t(corner[0])];
-        const Vector3d area = 0.5 * (x[std::size_t(corner[1])] - a).cross(x[std::size_t(corner[2])] - a);
-        for (int k = 0; k < 3; ++k) force.block<3, 1>(3 * loaded[k], 0) += pull_pa * area / 3.0;
-    };
-    for (const QuadraticFace& face : body.surface.face) add(face.data(), face.data() + 3);
-    if (body.surface.face.empty())
-        for (const Patch& patch : body.surface.patch) add(patch.data(), patch.data());
+    Eigen::MatrixXd u;
+    const Eigen::MatrixXd force =
+        test::surface_load(body, [&](const Vector3d& area, const auto&) -> Vector3d { return pull_pa * area; });
     Factor(assemble_free(scene, body)).solve(force, u);
     double w = 0.0;
     for (std::int32_t i : body.surface.node)
-        w += (x[std::size_t(i)] - centre).normalized().dot(u.block<3, 1>(3 * i, 0)) /
+        w += (body.mesh.position_m[std::size_t(i)] - centre).normalized().dot(u.block<3, 1>(3 * i, 0)) /
              static_cast<double>(body.surface.node.size());
     const double kappa = 1e4 / (3.0 * (1.0 - 0.6));
     return w * (3.0 * kappa / radius + 2.0 * e * t / (1.0 - nu) / (radius * radius)) / pull_pa;
@@ -159,13 +144,13 @@ TEST(Bed, ABlockSinksByItsLoadOverTheBedAndNothingElseHoldsIt) {
         EXPECT_EQ(body.fixed_count(), 0U);
         EXPECT_TRUE(find_under_constrained(body).empty());
         const Stiffness k = assemble_free(scene, body);
+        const test::Bound bound = test::inverse_bound(k);
         Eigen::MatrixXd u;
         Factor(k).solve(on_top(body, {0, 0, -press_pa}), u);
         for (std::size_t i = 0; i < body.mesh.position_m.size(); ++i) {
             const double sinks = press_pa / normal + press_pa / 1e4 * body.mesh.position_m[i].z();
             const Vector3d expected(0, 0, -sinks);
-            ASSERT_WITHIN((u.block<3, 1>(3 * static_cast<Index>(i), 0) - expected).norm() / sinks,
-                          .count = test::inverse_bound(k).count, .condition = test::inverse_bound(k).condition)
+            ASSERT_WITHIN((u.block<3, 1>(3 * static_cast<Index>(i), 0) - expected).norm() / sinks, bound)
                 << word(element) << ", node " << i;
         }
         // Pushed aside as a whole it pushes back with the tangential springs alone.
@@ -386,8 +371,7 @@ TEST_F(GravityRun, PrestressIsKAndItsStressAndIsRefusedWhereItBuckles) {
     const Index row = 3 * body.unknown[std::size_t(body.touch_node[5])];
     const Eigen::Matrix3d l = inverse.block<3, 3>(row, row);
     const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> s(table.values().data() + 45);
-    EXPECT_WITHIN((s * l - Eigen::Matrix3d::Identity()).norm(), .count = test::inverse_bound(k).count,
-                  .condition = 10 * test::inverse_bound(k).condition);
+    EXPECT_WITHIN((s * l - Eigen::Matrix3d::Identity()).norm(), test::inverse_bound(k).times(10.0));
     EXPECT_EQ(json_text(summary("loaded")["warnings"]).find("prestress"), std::string::npos);
     scene.fixed = {kBottom};
     scene.material.young_pa = 20.0;  // stands under a weight that a hundredth of would do

@@ -34,19 +34,9 @@ Scene bar(const Orthotropic& law, const Matrix3d& axes, Element element) {
     return scene;
 }
 
-/// What a constant stress pulls at the nodes with: of a face's traction each corner has a third; with middles they.
+/// What a constant stress pulls at the nodes with.
 Eigen::VectorXd pull(const Body& body, const Matrix3d& stress) {
-    Eigen::VectorXd force = Eigen::VectorXd::Zero(3 * static_cast<Eigen::Index>(body.mesh.position_m.size()));
-    const auto& x = body.mesh.position_m;
-    const auto add = [&](const std::int32_t* corner, const std::int32_t* loaded) {
-        const Vector3d& a = x[std::size_t(corner[0])];
-        const Vector3d area = 0.5 * (x[std::size_t(corner[1])] - a).cross(x[std::size_t(corner[2])] - a);
-        for (int c = 0; c < 3; ++c) force.segment<3>(3 * loaded[c]) += stress * area / 3.0;
-    };
-    for (const QuadraticFace& face : body.surface.face) add(face.data(), face.data() + 3);
-    if (body.surface.face.empty())
-        for (const Patch& patch : body.surface.patch) add(patch.data(), patch.data());
-    return force;
+    return test::surface_load(body, [&](const Vector3d& area, const auto&) -> Vector3d { return stress * area; });
 }
 
 /// Largest difference of the forces that the strain asks for to those of the stress, and what rounding allows.

@@ -11,6 +11,7 @@
 #include "host/mesh/cube.hpp"
 #include "tests/conditioning.hpp"
 #include "tests/dense.hpp"
+#include "tests/host/fem/jittered_cube.hpp"
 
 namespace haptable {
 
@@ -34,18 +35,6 @@ Corners corners(const TetMesh& mesh, const Tet& tet) {
     Corners corner_m;
     for (std::size_t c = 0; c < 4; ++c) corner_m[c] = mesh.position_m[static_cast<std::size_t>(tet[c])];
     return corner_m;
-}
-
-bool inside(const Eigen::Vector3d& p, double side) { return p.minCoeff() > 0.0 && p.maxCoeff() < side; }
-
-/// A cube whose inner nodes are moved by up to 15 % of an edge.
-TetMesh jittered_cube(int n, double side) {
-    TetMesh mesh = make_cube(n, side);
-    std::mt19937 random(7);
-    std::uniform_real_distribution<double> shift(-0.15 * side / (n - 1), 0.15 * side / (n - 1));
-    for (Eigen::Vector3d& p : mesh.position_m)
-        if (inside(p, side)) p += Eigen::Vector3d(shift(random), shift(random), shift(random));
-    return mesh;
 }
 
 /// The textbook's way, for comparison: V B^T D B with engineering shear strains, shape functions from the inverse of
@@ -82,7 +71,7 @@ double condition_of_hooke(double poisson) {
 }
 
 TEST(Elasticity, ElementAgreesWithTheTextbook) {
-    const TetMesh mesh = jittered_cube(4, 0.03);
+    const TetMesh mesh = test::jittered_cube(4, 0.03);
     for (double poisson : {-0.5, 0.0, 0.3, 0.49, 0.4999})
         for (const Tet& tet : mesh.tet) {
             const Matrix expected = textbook_stiffness(corners(mesh, tet), 1e4, poisson);
@@ -93,87 +82,8 @@ TEST(Elasticity, ElementAgreesWithTheTextbook) {
         }
 }
 
-TEST(Elasticity, StiffnessIsSymmetricToTheLastBit) {
-    const Eigen::SparseMatrix<double> k = free_stiffness(jittered_cube(4, 0.03), Lame::from_young(1e4, 0.49));
-    EXPECT_EQ(Matrix(k), Matrix(k.transpose()));
-}
-
-TEST(Elasticity, RigidMotionsAreTheNullSpaceOfTheFreeStiffness) {
-    for (double side : {0.03e-3, 0.03, 0.03e3}) {
-        const TetMesh mesh = jittered_cube(4, side);
-        const Matrix k = free_stiffness(mesh, Lame::from_young(1e4, 0.49));
-        Matrix rigid(k.rows(), 6);
-        for (Eigen::Index i = 0; i < k.rows() / 3; ++i) {
-            const Eigen::Vector3d x = mesh.position_m[static_cast<std::size_t>(i)] / side;
-            rigid.block<3, 3>(3 * i, 0).setIdentity();
-            for (int axis = 0; axis < 3; ++axis)
-                rigid.block<3, 1>(3 * i, 3 + axis) = Eigen::Vector3d::Unit(axis).cross(x);
-        }
-        const Eigen::VectorXd eigenvalue = dense::eigenvalues(k);
-        const double largest = eigenvalue[k.rows() - 1];
-        const double entries = 3.0 * 64.0;  // of a row; the eigenvalues of 192 rows err as their norm does
-        EXPECT_WITHIN(
-            dense::product(k, rigid).colwise().norm().maxCoeff() / (largest * rigid.colwise().norm().minCoeff()),
-            .count = 4.0 * std::sqrt(entries));
-        EXPECT_WITHIN(std::abs(eigenvalue[5]) / largest, .count = 4.0 * std::sqrt(entries))
-            << "six motions cost nothing";
-        EXPECT_GT(eigenvalue[6] / largest, 1e-5) << "and no seventh";
-    }
-}
-
-std::vector<Eigen::Index> inner_rows(const TetMesh& mesh, double side) {
-    std::vector<Eigen::Index> inner;
-    for (std::size_t i = 0; i < mesh.position_m.size(); ++i)
-        for (Eigen::Index c = 0; inside(mesh.position_m[i], side) && c < 3; ++c)
-            inner.push_back(3 * static_cast<Eigen::Index>(i) + c);
-    return inner;
-}
-
-/// Displaces the boundary by u = A x and solves for the inner nodes, densely.
-Eigen::VectorXd follow_boundary(const TetMesh& mesh, const Matrix& k, const Eigen::Matrix3d& a, double side) {
-    const std::vector<Eigen::Index> inner = inner_rows(mesh, side);
-    Eigen::VectorXd u(k.rows());
-    for (std::size_t i = 0; i < mesh.position_m.size(); ++i)
-        u.segment<3>(3 * static_cast<Eigen::Index>(i)) = a * mesh.position_m[i];
-    u(inner).setZero();
-    const Eigen::VectorXd load = -(k * u)(inner);
-    u(inner) = dense::solve(k(inner, inner), load);
-    return u;
-}
-
-TEST(Elasticity, PatchTestOfConstantStrain) {
-    Eigen::Matrix3d a;
-    a << 0.01, 0.02, -0.03, 0.004, -0.05, 0.06, -0.007, 0.08, 0.009;
-    for (double poisson : {0.0, 0.3, 0.49})
-        for (double side : {0.03e-3, 0.03, 0.03e3}) {
-            const TetMesh mesh = jittered_cube(5, side);
-            const Lame lame = Lame::from_young(1e4, poisson);
-            const Matrix k = free_stiffness(mesh, lame);
-            const std::vector<Eigen::Index> inner = inner_rows(mesh, side);
-            const test::Bound bound =
-                test::inverse_bound(Stiffness::Sparse(Matrix(k(inner, inner)).sparseView())).times(a.norm());
-            const Eigen::VectorXd u = follow_boundary(mesh, k, a, side);
-            for (std::size_t i = 0; i < mesh.position_m.size(); ++i)
-                ASSERT_WITHIN((u.segment<3>(3 * static_cast<Eigen::Index>(i)) - a * mesh.position_m[i]).norm() / side,
-                              bound);
-            const Eigen::Matrix3d strain = 0.5 * (a + a.transpose());
-            const Eigen::Matrix3d stress =
-                lame.lambda_pa * strain.trace() * Eigen::Matrix3d::Identity() + 2.0 * lame.mu_pa * strain;
-            for (const Tet& tet : mesh.tet) {
-                Eigen::Matrix<double, 3, 4> moved;
-                for (int c = 0; c < 4; ++c) moved.col(c) = u.segment<3>(3 * tet[static_cast<std::size_t>(c)]);
-                const Eigen::Matrix3d gradient = moved * tet_geometry(corners(mesh, tet)).gradient_per_m.transpose();
-                const Eigen::Matrix3d e = 0.5 * (gradient + gradient.transpose());
-                const Eigen::Matrix3d s =
-                    lame.lambda_pa * e.trace() * Eigen::Matrix3d::Identity() + 2.0 * lame.mu_pa * e;
-                // A strain is a difference of displacements over an edge, a quarter of the side less the jitter.
-                ASSERT_WITHIN((s - stress).norm(), bound.times(2.0 / 0.17 * (3.0 * lame.lambda_pa + 2.0 * lame.mu_pa)));
-            }
-        }
-}
-
 TEST(Elasticity, StretchingStoresTheEnergyOfHookesLaw) {
-    const TetMesh mesh = jittered_cube(4, 0.03);
+    const TetMesh mesh = test::jittered_cube(4, 0.03);
     const Lame lame = Lame::from_young(1e4, 0.3);
     const Matrix k = free_stiffness(mesh, lame);
     Eigen::VectorXd u = Eigen::VectorXd::Zero(k.rows());
@@ -196,7 +106,7 @@ TEST(Elasticity, StiffnessScalesWithSizeAndYoungsModulus) {
 }
 
 TEST(Elasticity, TheReducedStiffnessIsAPartOfTheFreeOne) {
-    const TetMesh mesh = jittered_cube(4, 0.03);
+    const TetMesh mesh = test::jittered_cube(4, 0.03);
     const Lame lame = Lame::from_young(1e4, 0.3);
     std::vector<std::int32_t> unknown;
     std::vector<Eigen::Index> rows;

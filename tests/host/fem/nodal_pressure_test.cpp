@@ -18,6 +18,7 @@
 #include "host/mesh/middles.hpp"
 #include "tests/conditioning.hpp"
 #include "tests/dense.hpp"
+#include "tests/host/fem/jittered_cube.hpp"
 
 namespace haptable {
 
@@ -27,20 +28,9 @@ using Eigen::Vector3d;
 using Matrix = Eigen::MatrixXd;
 using Materials = std::vector<Lame>;
 constexpr double kPi = std::numbers::pi;
+using test::jittered_cube;
+constexpr std::array kElements{Element::kLinear, Element::kAverageNodalPressure, Element::kQuadratic};
 constexpr std::array kAveraging{Element::kAverageNodalPressure, Element::kQuadratic};
-
-bool is_inside(const Vector3d& p, double side) { return p.minCoeff() > 0.0 && p.maxCoeff() < side; }
-
-/// A cube whose inner corners are moved by up to 15 % of an edge.
-TetMesh jittered_cube(int n, double side, Element element) {
-    TetMesh mesh = make_cube(n, side);
-    std::mt19937 random(7);
-    std::uniform_real_distribution<double> shift(-0.15 * side / (n - 1), 0.15 * side / (n - 1));
-    for (Vector3d& p : mesh.position_m)
-        if (is_inside(p, side)) p += Vector3d(shift(random), shift(random), shift(random));
-    if (element == Element::kQuadratic) add_middles(mesh);
-    return mesh;
-}
 
 ElementMesh element_mesh(const TetMesh& mesh, const Materials& material, Element element) {
     return {element, mesh.position_m, mesh.tet, material, mesh.middle};
@@ -85,7 +75,7 @@ Matrix rigid_motions(const TetMesh& mesh, double side) {
 }
 
 TEST(NodalPressure, RigidMotionsAreTheNullSpaceOfTheFreeStiffness) {
-    for (Element element : kAveraging)
+    for (Element element : kElements)
         for (double poisson : {-0.5, 0.3, 0.4999})
             for (double side : {0.03e-3, 0.03, 0.03e3}) {
                 const TetMesh mesh = jittered_cube(element == Element::kQuadratic ? 3 : 4, side, element);
@@ -191,7 +181,7 @@ double patch_test_error(Element element, const Lame& lame, const Eigen::Matrix3d
     for (std::size_t i = 0; i < mesh.position_m.size(); ++i) {
         const auto row = 3 * static_cast<Eigen::Index>(i);
         u.segment<3>(row) = a * mesh.position_m[i];
-        if (is_inside(mesh.position_m[i], side)) inner.insert(inner.end(), {row, row + 1, row + 2});
+        if (test::is_inside_cube(mesh.position_m[i], side)) inner.insert(inner.end(), {row, row + 1, row + 2});
     }
     const Eigen::VectorXd exact = u;
     u(inner).setZero();
@@ -203,7 +193,7 @@ double patch_test_error(Element element, const Lame& lame, const Eigen::Matrix3d
 TEST(NodalPressure, PatchTestOfConstantStrain) {
     Eigen::Matrix3d a;
     a << 0.01, 0.02, -0.03, 0.004, -0.05, 0.06, -0.007, 0.08, 0.009;
-    for (Element element : kAveraging)
+    for (Element element : kElements)
         for (double poisson : {0.3, 0.49, 0.4999})
             for (double side : {0.03e-3, 0.03, 0.03e3})
                 EXPECT_LT(patch_test_error(element, Lame::from_young(1e4, poisson), a, side), 1e-10)
@@ -330,7 +320,7 @@ const Errors& errors_of(int n, double poisson, Element element) {
     const TetMesh mesh = jittered_cube(n, 1.0, element);
     const Lame lame = Lame::from_young(2.0 * (1.0 + poisson), poisson);  // mu = 1
     const Problem problem = assemble_where(mesh, Materials(mesh.tet.size(), lame), element,
-                                           [](const Vector3d& p) { return is_inside(p, 1.0 - 1e-9); });
+                                           [](const Vector3d& p) { return test::is_inside_cube(p, 1.0 - 1e-9); });
     const bool with_pressure = poisson > 0.49;
     Matrix u;
     Factor(problem.k()).solve(swirl_load(mesh, problem, lame.mu_pa, with_pressure), u);
