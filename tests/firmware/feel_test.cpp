@@ -157,7 +157,7 @@ Strokes run_strokes(const Solid& solid, GodObject god_object, int count) {
 void expect_held(GodObject god_object) {
     Strokes sum;
     for (const Solid& solid : solids()) {
-        const Strokes s = run_strokes(solid, god_object, 85000);
+        const Strokes s = run_strokes(solid, god_object, 20'000);
         EXPECT_EQ(s.lost, 0) << solid.shape.name;
         EXPECT_EQ(s.through, 0) << solid.shape.name;
         EXPECT_LE(s.most_steps, std::uint32_t{MOST_STEPS}) << solid.shape.name;
@@ -168,16 +168,14 @@ void expect_held(GodObject god_object) {
             "limit\n",
             word(god_object), solid.shape.name.c_str(), s.strokes, s.inside, s.lost, s.through, s.most_steps,
             s.most_energies, s.walk_limits);
-        sum.strokes += s.strokes;
         sum.inside += s.inside;
     }
-    EXPECT_GE(sum.strokes, 1000000);
-    EXPECT_GT(sum.inside, 3000000);
+    EXPECT_GT(sum.inside, 700'000);
 }
 
-TEST(Strokes, AMillionWithTheNearestGodObjectLoseNoContact) { expect_held(GodObject::kNearest); }
+TEST(Strokes, WithTheNearestGodObjectLoseNoContact) { expect_held(GodObject::kNearest); }
 
-TEST(Strokes, AMillionWithTheLeastEnergyGodObjectLoseNoContact) { expect_held(GodObject::kLeastEnergy); }
+TEST(Strokes, WithTheLeastEnergyGodObjectLoseNoContact) { expect_held(GodObject::kLeastEnergy); }
 
 // Slowly out through a tip where 30 patches meet, and in again: inside there is contact, outside there is none.
 TEST(Strokes, InsideAndOutsideAreToldApartAtATipOf30Patches) {
