@@ -38,8 +38,8 @@ public:
         EXPECT_EQ(servo(0).faults, servo(1).faults);
         return servo(0).faults;
     }
-    int step(float z) {
-        haptable_input in[2] = {{{0.0131F, 0.0172F, z}, 0, 1}, {{0.0171F, 0.0132F, z}, 0, 1}};
+    int step(float z, std::uint32_t buttons = 0) {
+        haptable_input in[2] = {{{0.0131F, 0.0172F, z}, buttons, 1}, {{0.0171F, 0.0132F, z}, buttons, 1}};
         haptable_output out[2];
         haptable_step(&scene, state.data(), in, now_us += HAPTABLE_TICK_US, out);
         EXPECT_EQ(out[0].state == HAPTABLE_FAULTED, out[1].state == HAPTABLE_FAULTED);
@@ -132,8 +132,12 @@ TEST(SceneCheck, GoesOnBesideTheTicksThroughEveryPart) {
         EXPECT_LT(slices, 100'000);
         EXPECT_EQ(whole.servo(0).faults, HAPTABLE_FAULT_TABLES);
         EXPECT_EQ(whole.step(0.04F), HAPTABLE_FAULTED);
+        EXPECT_EQ(whole.step(0.04F, HAPTABLE_BUTTON_ACKNOWLEDGE), HAPTABLE_FAULTED) << "they are damaged still";
         value = was;
-        EXPECT_EQ(whole.faults(), 0);
+        for (const int wait : {0, 1}) EXPECT_EQ(whole.step(0.04F), HAPTABLE_FAULTED) << wait << ": it latches";
+        EXPECT_EQ(whole.step(0.04F, HAPTABLE_BUTTON_ACKNOWLEDGE), HAPTABLE_FAULTED) << "and was not found whole yet";
+        haptable_check(&whole.scene, whole.state.data(), HAPTABLE_CHECK_ALL);
+        EXPECT_EQ(whole.step(0.04F), HAPTABLE_FREE);
     }
 }
 

@@ -319,24 +319,5 @@ TEST(Contact, TheGodObjectStopsAtTheBorderOfTheTouchRegion) {
     EXPECT_FALSE(finger.touches());
 }
 
-// The same way at a thousandth and a thousand times the size gives the same area coordinates.
-TEST(Contact, DoesNotDependOnTheUnit) {
-    const Shape shape = sphere_shape(3, 0.05);
-    const TestModel model(shape), small(scaled(shape, 1.0 / 1024)), large(scaled(shape, 1024.0));
-    Finger finger(model), small_finger(small), large_finger(large);
-    Wander wander(model, 0.01 * model.size(), 17);
-    for (int tick = 0; tick < 5000; ++tick) {
-        const Vector3d x = wander.next();
-        finger.to(x);
-        small_finger.to(x / 1024);
-        large_finger.to(x * 1024);
-        ASSERT_EQ(finger.touches(), small_finger.touches());
-        ASSERT_EQ(finger.touches(), large_finger.touches());
-        if (!finger.touches()) continue;
-        ASSERT_WITHIN((finger.god() - 1024 * small_finger.god()).norm(), rested(model));
-        ASSERT_WITHIN((finger.god() - large_finger.god() / 1024).norm(), rested(model));
-    }
-}
-
 }  // namespace
 }  // namespace haptable::test

@@ -336,33 +336,6 @@ TEST(Friction, AnEndedContactLeavesNothing) {
     }
 }
 
-// Two servos on one const model, tick by tick: each has the bits that it has alone, for what friction remembers is its
-// own.
-TEST(Friction, TwoServosShareAModel) {
-    const ElasticBody body(cube_scene(5, 0.3), ForceLaw::kInterpolated);
-    for (const GodObject god_object : every<GodObject>()) {
-        const haptable_model shared = with_friction(body.model(god_object));
-        Finger one(with_friction(body.model(god_object))), two(with_friction(body.model(god_object)));
-        haptable_room room[2]{};
-        for (haptable_room& each : room) haptable_servo_init(&each.fingers.servo[0]);
-        for (int i = 0; i < 200; ++i) {
-            const double deep = std::min(1.5e-3, 5e-5 * i), aside = std::max(0.0, 2e-5 * (i - 40));
-            const Vector3d at[2] = {{0.008 + aside, 0.011, 0.0301 - deep}, {0.011, 0.0301 - deep, 0.009 + aside}};
-            Finger* const alone[2] = {&one, &two};
-            for (int f = 0; f < 2; ++f) {
-                const float x[3] = {float(at[f].x()), float(at[f].y()), float(at[f].z())};
-                haptable_output out;
-                haptable_servo_step(&shared, &room[f].fingers.servo[0], x, 0, &out);
-                alone[f]->to(at[f]);
-                ASSERT_EQ(haptable_touches(out.state) != 0, alone[f]->touches()) << i;
-                EXPECT_EQ(to_vector(out.god_object_m), alone[f]->god()) << f << " " << i;
-                EXPECT_EQ(to_vector(out.force_n), alone[f]->force()) << f << " " << i;
-            }
-        }
-        EXPECT_GT(one.counters().contact_ticks, 100U);
-    }
-}
-
 TEST(Friction, TakesEnergyInClosedLoops) {
     const ElasticBody body(cube_scene(5, 0.3), ForceLaw::kConsistent);
     haptable_model model = body.model(GodObject::kLeastEnergy);

@@ -168,25 +168,6 @@ TEST_F(ServoTest, TheForceIsCutToTheDevicesLimitAndKeepsItsDirection) {
     EXPECT_EQ(servo.counters.clamped_forces, 1U);
 }
 
-TEST_F(ServoTest, WhatIsNoPositionGivesZeroForceDropsTheContactAndIsCounted) {
-    constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInfinity = HUGE_VAL;
-    std::uint32_t rejected = 0;
-    for (const Vector3d& bad :
-         {Vector3d(kNan, 0.01, 0.01), Vector3d(0.01, kInfinity, 0.01), Vector3d(0.01, 0.01, -kInfinity),
-          Vector3d(1e30, 0, 0), Vector3d(0, 50.0, 0), Vector3d(3e38, 3e38, 3e38)}) {
-        press(0.001);
-        ASSERT_EQ(out.state, HAPTABLE_CONTACT);
-        step(bad);
-        EXPECT_EQ(out.state, HAPTABLE_REJECTED);
-        expect_silent_output();
-        EXPECT_EQ(servo.counters.rejected_positions, ++rejected);
-        // Back inside at once: no way from outside is known, so no contact jumps up.
-        step({0.0131, 0.0172, 0.029});
-        EXPECT_EQ(out.state, HAPTABLE_FREE);
-        EXPECT_EQ(to_vector(out.force_n).norm(), 0.0);
-    }
-}
-
 TEST_F(ServoTest, SilenceBringsTheForceToZero) {
     EXPECT_EQ(haptable_servo_watch(&servo, 0, &out), 1) << "no position yet";
     now_us = 0xFFFFFFFFU - 1500;  // the clock wraps within the test
@@ -201,21 +182,6 @@ TEST_F(ServoTest, SilenceBringsTheForceToZero) {
     EXPECT_EQ(servo.counters.silences, 1U) << "one silence is counted once";
     press(0.001);
     EXPECT_EQ(out.state, HAPTABLE_CONTACT);
-}
-
-TEST_F(ServoTest, TwoObjectsRunSideBySide) {
-    const TestModel other(sphere_shape(2, 0.02));
-    haptable_servo other_servo{};
-    haptable_output other_out{};
-    haptable_servo_init(&other_servo);
-    const float above[3] = {0.0F, 0.0F, 0.03F}, in[3] = {0.0F, 0.0F, 0.019F};
-    haptable_servo_step(other.get(), &other_servo, above, 0, &other_out);
-    press(0.001);
-    const Vector3d alone = to_vector(out.force_n);
-    haptable_servo_step(other.get(), &other_servo, in, 1000, &other_out);
-    step({0.0131, 0.0172, 0.029});
-    EXPECT_EQ(to_vector(out.force_n), alone);
-    EXPECT_EQ(other_out.state, HAPTABLE_CONTACT);
 }
 
 // All of it is a plain scene's too: what a mode remembers for itself stands beside its model.

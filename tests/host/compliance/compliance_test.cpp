@@ -38,20 +38,6 @@ std::vector<std::int32_t> every_other(std::int32_t nodes) {
     return list;
 }
 
-TEST(FactorOfK, SolvesManyRightHandSidesAtOnce) {
-    const Eigen::SparseMatrix<double> k = random_spd(40);
-    const Factor factor(k);
-    EXPECT_EQ(factor.size(), 120);
-    EXPECT_GT(factor.fill(), 0.0);
-    for (Eigen::Index count : {1, 96, 5}) {  // the workspace follows the width
-        const Eigen::MatrixXd b = Eigen::MatrixXd::Random(120, count);
-        Eigen::MatrixXd x;
-        factor.solve(b, x);
-        const double error = (x - dense::solve(k, b)).norm() / x.norm();
-        EXPECT_WITHIN(error, test::inverse_bound(k));
-    }
-}
-
 TEST(FactorOfK, NamesTheRowOfAPivotThatIsNotPositive) {
     Eigen::SparseMatrix<double> k = random_spd(10);
     k.coeffRef(17, 17) = -1.0;

@@ -158,7 +158,8 @@ protected:
         SCOPED_TRACE(mode.name() + " " + precision);
         ASSERT_NO_FATAL_FAILURE(precompute(scene_text(mode, precision)));
         compile("generated", kOfGenerated, "tables/model.c " + fs::absolute(build_folder()).string() + "/firmware/*.o");
-        compile("loaded", kOfLibrary, "-L" + lib() + " -lhaptable -Wl,-rpath," + lib());
+        if (!fs::exists(folder_.path() / "loaded"))  // of any mode
+            compile("loaded", kOfLibrary, "-L" + lib() + " -lhaptable -Wl,-rpath," + lib());
         const std::vector<std::array<float, 3>> path_m = hard_path(read_tables(folder_.path() / "tables"), 100);
         write_path(path_m);
         const std::string loaded = touches_of("loaded"), generated = touches_of("generated");
@@ -191,17 +192,22 @@ TEST_F(Library, HasTheBitsOfBodiesThatRelax) {
 
 /// What a body remembers is each finger's own; and where a finger has left, its dent is still there.
 TEST_F(Library, GivesEachFingerItsOwnPast) {
-    ASSERT_NO_FATAL_FAILURE(load(scene_text({ForceLaw::kInterpolated, GodObject::kNearest, "relaxation"}, "float32")));
-    const Finger alone(haptable_finger_new(object.get())), one(haptable_finger_new(object.get())),
-        other(haptable_finger_new(object.get()));
     haptable_touch expected{}, touch{}, aside{};
-    for (std::uint32_t tick = 0; tick < 100; ++tick) {
-        const float x[3] = {0.015F, 0.015F, 0.026F}, above[3] = {0.015F, 0.015F, 0.031F}, y[3] = {0.01F, 0.02F, 0.027F};
-        const bool is_in = tick > 0 && tick < 99;
-        haptable_finger_step(alone.get(), is_in ? x : above, 1000 * tick, &expected);
-        haptable_finger_step(one.get(), is_in ? x : above, 1000 * tick, &touch);
-        haptable_finger_step(other.get(), tick > 0 ? y : above, 1000 * tick, &aside);
-        ASSERT_EQ(std::memcmp(&touch, &expected, sizeof touch), 0) << "tick " << tick;
+    for (const char* more : {"friction", "relaxation"}) {
+        ASSERT_NO_FATAL_FAILURE(load(scene_text({ForceLaw::kInterpolated, GodObject::kLeastEnergy, more}, "float32")));
+        const Finger alone(haptable_finger_new(object.get())), one(haptable_finger_new(object.get())),
+            other(haptable_finger_new(object.get()));
+        for (std::uint32_t tick = 0; tick < 100; ++tick) {
+            const float way_m = 4e-5F * float(tick);  // friction holds, and then slips
+            const float x[3] = {0.013F + way_m, 0.015F, 0.0262F}, above[3] = {0.013F + way_m, 0.015F, 0.031F},
+                        y[3] = {0.01F, 0.02F - way_m, tick > 0 ? 0.027F : 0.031F};
+            const bool is_in = tick > 0 && tick < 99;
+            haptable_finger_step(alone.get(), is_in ? x : above, 1000 * tick, &expected);
+            haptable_finger_step(one.get(), is_in ? x : above, 1000 * tick, &touch);
+            haptable_finger_step(other.get(), y, 1000 * tick, &aside);
+            ASSERT_EQ(std::memcmp(&touch, &expected, sizeof touch), 0) << more << ", tick " << tick;
+        }
+        EXPECT_EQ(aside.state, std::uint32_t{HAPTABLE_TOUCH_CONTACT}) << more;
     }
     EXPECT_EQ(touch.state, std::uint32_t{HAPTABLE_TOUCH_FREE});
     ASSERT_GE(touch.node[0], 0) << "no dent";
@@ -209,7 +215,7 @@ TEST_F(Library, GivesEachFingerItsOwnPast) {
     ASSERT_EQ(haptable_object_deform(object.get(), &touch, nullptr, u.size(), reinterpret_cast<float(*)[3]>(u.data())),
               0);
     const auto deepest = std::min_element(u.begin(), u.end(), [](const auto& a, const auto& b) { return a[2] < b[2]; });
-    EXPECT_LT((*deepest)[2], -1e-4F) << "of 4 mm";
+    EXPECT_LT((*deepest)[2], -1e-4F) << "of 3.8 mm";
 }
 
 TEST_F(Library, ExportsItsOwnNamesAlone) {
