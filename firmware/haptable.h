@@ -51,9 +51,10 @@ extern "C" {
 /* No patch, no neighbour. A model has at most 65,534 patches and as many vertices. */
 #define HAPTABLE_NONE 0xFFFFu
 
-/* The most fingers; the most modes of a body that rings. */
+/* The most fingers; the most modes of a body that rings; the most points of a tool. */
 #define HAPTABLE_FINGERS 2
 #define HAPTABLE_MODES 16
+#define HAPTABLE_POINTS 32
 
 /* A tick, microseconds: the servo is called so often. */
 #define HAPTABLE_TICK_US 1000u
@@ -142,6 +143,19 @@ struct haptable_output {
     float force_n[3];          /* what the user feels (eq. 12), |force_n| <= max_force_n */
 };
 
+/* A tool of many points in a tick ([tool] in the scene). haptable_step takes &in.hand and &out.hand. */
+struct haptable_tool_input {
+    struct haptable_input hand; /* finger_m: where the handle is */
+    float turn[4];              /* unit quaternion w x y z from the tool's axes to the world's; not trusted */
+};
+
+struct haptable_tool_output {
+    struct haptable_output hand; /* force_n; else the contact of the point that presses most */
+    float torque_n_m[3];         /* about the handle: what the user feels, |torque_n_m| <= max_torque_n_m */
+    float position_m[3];         /* where the tool is drawn: at the hand, or as its virtual coupling has it */
+    float turn[4];
+};
+
 /* What codegen writes; haptable_scene.h, haptable_deformation.h say what is in it. */
 struct haptable_scene;
 struct haptable_deformation;
@@ -171,6 +185,10 @@ void haptable_step(const struct haptable_scene* scene, void* state, const struct
  * dropped. Returns the bits of the fingers that are silent, whose out was written; 0: all are in time still. */
 unsigned haptable_watch(const struct haptable_scene* scene, void* state, uint32_t now_us, struct haptable_output out[]);
 
+/* The same of a tool, whose torque becomes zero with its force. before: the scene has a tool. */
+unsigned haptable_tool_watch(const struct haptable_scene* scene, void* state, uint32_t now_us,
+                             struct haptable_tool_output* out);
+
 /* Goes on with the check of the scene's tables, of all its parts, by so many bytes, at most once through all of them;
  * then the next call begins anew. A model with a check gives no force before they were once found well: call it with
  * HAPTABLE_CHECK_ALL before the first tick, and with HAPTABLE_CHECK_BYTES whenever there is time. Tables that are
@@ -184,6 +202,10 @@ const struct haptable_counters* haptable_counters_of(const void* state, int fing
 
 /* Where the body is after the last tick. before: nothing holds the body ([body] free = true). */
 void haptable_pose_of(const struct haptable_scene* scene, const void* state, struct haptable_body_pose* pose);
+
+/* The contact of one of a tool's points in the last tick, as a finger's. before: the scene has a tool. */
+void haptable_tool_point_of(const struct haptable_scene* scene, const void* state, int point,
+                            struct haptable_output* out);
 
 /* How far its modes have swung after the last tick, sqrt(kg) m: as many as [body] modes says. before: it has modes. */
 const float* haptable_swing_of(const struct haptable_scene* scene, const void* state);

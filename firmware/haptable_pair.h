@@ -67,6 +67,10 @@ typedef void haptable_pair_cross_fn(const struct haptable_pair_view* view, uint1
 typedef void haptable_pair_blocks_fn(const struct haptable_pair_model* tables, uint16_t first, uint16_t second,
                                      float (*block)[9]);
 
+/* X = sum_kl w_k w_l C_kl of two places, row by row. */
+typedef void haptable_pair_couple_fn(const struct haptable_pair_model* tables, const struct haptable_pair_place* first,
+                                     const struct haptable_pair_place* second, float x[9]);
+
 /* Both god-objects of a tick at once, where they rest together; 0 where they do not, and then nothing was moved: where
  * they rest but the one gives no force, pair->touches says so. is_late: 1 where each has moved in this tick already,
  * and looked at its finger: they rest only where both surely press. */
@@ -122,11 +126,13 @@ struct haptable_pair_model {
 /* Every pair is a block. cost: controls squared blocks. */
 haptable_pair_cross_fn haptable_pair_cross_exact;
 haptable_pair_blocks_fn haptable_pair_blocks_exact;
+haptable_pair_couple_fn haptable_pair_couple_exact;
 
 /* Pairs of clusters of places. cost: for each two clusters that the patches load a core of the rank squared, or a
  * block for each two places; blocks: controls times that. */
 haptable_pair_cross_fn haptable_pair_cross_clusters;
 haptable_pair_blocks_fn haptable_pair_blocks_clusters;
+haptable_pair_couple_fn haptable_pair_couple_clusters;
 
 haptable_energy_fn haptable_pair_energy;
 haptable_pair_settle_fn haptable_pair_settle;

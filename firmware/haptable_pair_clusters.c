@@ -246,3 +246,14 @@ void haptable_pair_blocks_clusters(const struct haptable_pair_model* tables, uin
         couple(tables, &at, &of, weight, block + l, count);
     }
 }
+
+void haptable_pair_couple_clusters(const struct haptable_pair_model* tables, const struct haptable_pair_place* first,
+                                   const struct haptable_pair_place* second, float x[9]) {
+    const int count = pair_count(tables->law);
+    float row[HAPTABLE_PAIR_CONTROLS][9];
+    struct loads at, of;
+    see_loads(tables, first->patch, &at);
+    see_loads(tables, second->patch, &of);
+    couple(tables, &at, &of, second->weight, row, 1);
+    pair_sum_blocks(count, first->weight, row[0], 9, x);
+}

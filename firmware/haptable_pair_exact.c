@@ -39,3 +39,26 @@ void haptable_pair_blocks_exact(const struct haptable_pair_model* tables, uint16
             mat_copy(one, *block);
         }
 }
+
+void haptable_pair_couple_exact(const struct haptable_pair_model* tables, const struct haptable_pair_place* first,
+                                const struct haptable_pair_place* second, float x[9]) {
+    const int count = pair_count(tables->law);
+    uint16_t control[2][HAPTABLE_PAIR_CONTROLS];
+    float sum[2][9] = {{0.0f}}; /* of blocks as they stand, and of transposed ones: no branch on the order */
+    haptable_pair_controls(tables, first->patch, control[0]);
+    haptable_pair_controls(tables, second->patch, control[1]);
+    for (int i = 0; i < count; ++i) {
+        const uint32_t k = control[0][i];
+        if (k == HAPTABLE_NONE || first->weight[i] == 0.0f) continue;
+        for (int j = 0; j < count; ++j) {
+            const uint32_t l = control[1][j];
+            if (l == HAPTABLE_NONE) continue;
+            const uint32_t high = k >= l ? k : l;
+            const uint32_t low = k >= l ? l : k;
+            mat_add(first->weight[i] * second->weight[j], tables->block[high * (high + 1u) / 2u + low], sum[k < l]);
+        }
+    }
+    mat_transpose(sum[1]);
+    mat_copy(sum[0], x);
+    mat_add(1.0f, sum[1], x);
+}

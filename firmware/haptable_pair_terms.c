@@ -23,6 +23,12 @@ static inline void put_weights(int count, const float alpha[3], float weight[]) 
     }
 }
 
+void haptable_pair_place_of(const struct haptable_pair_law* law, const struct haptable_contact* contact,
+                            struct haptable_pair_place* to) {
+    to->patch = contact->patch;
+    put_weights(pair_count(law), contact->alpha, to->weight);
+}
+
 static inline void put_slope_weights(int count, const float alpha[3], float slope[2][HAPTABLE_PAIR_CONTROLS]) {
     if (count == 3) {
         slope[0][0] = slope[1][0] = -1.0f;
@@ -39,6 +45,16 @@ static inline void put_slope_weights(int count, const float alpha[3], float slop
         slope[b][3] = 2.0f * alpha[d];
         slope[b][3 + c] = -2.0f * alpha[d];
         slope[b][3 + d] = 2.0f * (alpha[0] - alpha[c]);
+    }
+}
+
+void haptable_pair_slope_places(const struct haptable_pair_law* law, const struct haptable_contact* contact,
+                                struct haptable_pair_place by[2]) {
+    float slope[2][HAPTABLE_PAIR_CONTROLS];
+    put_slope_weights(pair_count(law), contact->alpha, slope);
+    for (int b = 0; b < 2; ++b) {
+        by[b].patch = contact->patch;
+        for (int c = 0; c < pair_count(law); ++c) by[b].weight[c] = slope[b][c];
     }
 }
 

@@ -45,6 +45,14 @@ static inline void pair_sum_blocks(int count, const float w[], const float* x, s
 /* The controls of a patch: its vertices, and under a mask the edges opposite to them, after all vertices. */
 void haptable_pair_controls(const struct haptable_pair_model* tables, uint16_t patch, uint16_t control[]);
 
+/* Where a contact is, and what it loads there. */
+void haptable_pair_place_of(const struct haptable_pair_law* law, const struct haptable_contact* contact,
+                            struct haptable_pair_place* place);
+
+/* The same weights' derivatives by its alpha_1 and alpha_2. */
+void haptable_pair_slope_places(const struct haptable_pair_law* law, const struct haptable_contact* contact,
+                                struct haptable_pair_place by[2]);
+
 /* ---- what a finger is told of the other ------------------------------------------------------------------------- */
 
 /* Where a contact's dent ends. It begins where the finger met the surface, as the other had raised it. */

@@ -62,6 +62,8 @@ namespace haptable::test::reference {
 #define haptable_deform reference_scene_deform
 #define haptable_line_begin reference_scene_line_begin
 #define haptable_line reference_scene_line
+#define haptable_tool_watch reference_scene_tool_watch
+#define haptable_tool_point_of reference_scene_tool_point_of
 #undef HAPTABLE_H
 #undef HAPTABLE_MODEL_H
 #define float double
@@ -148,6 +150,8 @@ static inline double vec_inverse_root(double x) { return 1.0 / std::sqrt(x); }
 #undef haptable_deform
 #undef haptable_line_begin
 #undef haptable_line
+#undef haptable_tool_watch
+#undef haptable_tool_point_of
 #undef haptable_relaxation_held
 
 }  // namespace haptable::test::reference

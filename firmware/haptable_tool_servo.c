@@ -1,0 +1,323 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * pose -> checked -> points -> god-objects -> loads -> wrench -> limited -> out
+ *
+ * The hand is a servo as a finger's: its states, faults and limits are those of the wrench. Each point is one too, as
+ * far as it tells whether it is inside; its force is the tool's to solve.
+ */
+#include "haptable_tool.h"
+
+#include "haptable_side.h"
+#include "haptable_tick.h"
+
+/* A turn's squared length may be off 1 by so much: floats that a device sends. */
+#define TURN_ERROR 2e-3f
+
+static struct haptable_tool_state* state_of(void* state) { return (struct haptable_tool_state*)state; }
+
+static const struct haptable_tool_model* tool_of(const struct haptable_scene* scene) {
+    return ((const struct haptable_tool_scene*)scene)->tool; /* the scene is its first member */
+}
+
+/* ---- pose -------------------------------------------------------------------------------------------------------- */
+
+/* out = turn of v: v + 2 w (q x v) + 2 q x (q x v) */
+static void turned(const float turn[4], const float v[3], float out[3]) {
+    float once[3], twice[3];
+    vec_cross(&turn[1], v, once);
+    vec_cross(&turn[1], once, twice);
+    vec_copy(v, out);
+    vec_add_scaled(2.0f * turn[0], once, out);
+    vec_add_scaled(2.0f, twice, out);
+}
+
+static float turn_length2(const float turn[4]) { return turn[0] * turn[0] + vec_length2(&turn[1]); }
+
+/* Returns 0 where the numbers are no turn. */
+static int take_turn(const float from[4], float turn[4]) {
+    const float length2 = turn_length2(from);
+    if (!(vec_magnitude(length2 - 1.0f) <= TURN_ERROR)) return 0;
+    const float inverse = vec_inverse_root(length2);
+    for (int i = 0; i < 4; ++i) turn[i] = inverse * from[i];
+    return 1;
+}
+
+/* The small turn from one to the other, a vector in world axes, rad. */
+static void turn_between(const float from[4], const float to[4], float by[3]) {
+    vec_cross(&from[1], &to[1], by);
+    for (int i = 0; i < 3; ++i) by[i] = from[0] * to[1 + i] - to[0] * from[1 + i] - by[i];
+    const float along = from[0] * to[0] + vec_dot(&from[1], &to[1]);
+    vec_scale(along < 0.0f ? -2.0f : 2.0f, by);
+}
+
+/* ---- points ------------------------------------------------------------------------------------------------------ */
+
+static void forget_point(struct haptable_tool_point* point) {
+    drop_contact(&point->servo);
+    point->is_inside = point->presses = point->is_known = 0;
+    point->raised_m = 0.0f;
+    vec_zero(point->load_n);
+}
+
+/* The hand has no pose, or none that is believed: no point knows where it was. */
+static void give_no_wrench(const struct haptable_tool_model* tool, struct haptable_tool_state* state,
+                           struct haptable_tool_output* out) {
+    for (int i = 0; i < tool->point_count; ++i) forget_point(&haptable_tool_points(tool, state)[i]);
+    state->is_known = 0;
+    state->energy_j = 0.0f;
+    vec_zero(state->given_n_m);
+    vec_zero(out->torque_n_m);
+}
+
+/* 1 where a point is somewhere that the tool cannot have brought it: the fault is the hand's. */
+static int are_refused(const struct haptable_tool_model* tool, struct haptable_tool_state* state,
+                       const struct haptable_tool_input* in, const float turn[4], uint32_t now_us) {
+    struct haptable_servo* hand = &state->hand;
+    int refused = 0;
+    for (int i = 0; i < tool->point_count; ++i) {
+        struct haptable_tool_point* point = &haptable_tool_points(tool, state)[i];
+        struct haptable_servo* servo = &point->servo;
+        const uint32_t elapsed_us = now_us - servo->position_us;
+        float x_m[3];
+        turned(turn, tool->point_m[i], point->r_m);
+        vec_add(in->hand.finger_m, point->r_m, x_m);
+        ++servo->counters.ticks;
+        servo->position_us = now_us;
+        if (is_refused(&state->model, servo, x_m, elapsed_us)) refused = 1;
+        if (servo->faults != 0) haptable_fault(hand, servo->faults);
+        servo->faults = 0;
+    }
+    return refused;
+}
+
+/* A contact's outward direction, length 1. */
+static void put_normal(const struct haptable_model* model, struct haptable_tool_point* point) {
+    haptable_side_outward(model, &point->servo.contact, point->normal);
+    vec_scale(haptable_side_inverse_length(point->normal), point->normal);
+}
+
+/* Where a point's nearest god-object has gone; with settle its load stays where it is. */
+static void see_contact(const struct haptable_tool_model* tool, struct haptable_tool_state* state,
+                        struct haptable_tool_point* point) {
+    const struct haptable_contact* nearest = &point->servo.contact;
+    const int was_inside = point->is_inside && point->met == point->servo.counters.contacts;
+    point->is_inside = nearest->patch != HAPTABLE_NONE;
+    if (!was_inside || !point->is_inside) {
+        point->presses = 0;
+        point->raised_m = 0.0f;
+        vec_zero(point->load_n);
+    }
+    if (!point->is_inside) {
+        point->is_known = 0;
+        return;
+    }
+    put_normal(&state->model, point);
+    if (was_inside && (tool->settle || gap2(nearest->god_object_m, point->at.god_object_m) == 0.0f)) return;
+    point->at = *nearest;
+    point->is_known = 0;
+}
+
+static void move_points(const struct haptable_tool_model* tool, struct haptable_tool_state* state,
+                        const float position_m[3]) {
+    for (int i = 0; i < tool->point_count; ++i) {
+        struct haptable_tool_point* point = &haptable_tool_points(tool, state)[i];
+        float x_m[3], motion_m[3];
+        vec_add(position_m, point->r_m, x_m);
+        move(&state->model, &point->servo, x_m, motion_m);
+        see_contact(tool, state, point);
+        if (point->servo.gain < state->hand.gain) state->hand.gain = point->servo.gain; /* with resume */
+    }
+}
+
+/* ---- wrench ------------------------------------------------------------------------------------------------------ */
+
+/* F, M, and which point presses most: the hand's contact. */
+static void put_wrench(const struct haptable_tool_model* tool, struct haptable_tool_state* state) {
+    float most2 = 0.0f;
+    state->most = HAPTABLE_NONE;
+    vec_zero(state->force_n);
+    vec_zero(state->moment_n_m);
+    for (int i = 0; i < tool->point_count; ++i) {
+        const struct haptable_tool_point* point = &haptable_tool_points(tool, state)[i];
+        float moment[3], load_n[3];
+        if (!point->presses) continue;
+        vec_copy(point->load_n, load_n);
+        if (point->servo.fade_ticks != 0) fade_force(&point->servo, load_n);
+        vec_cross(point->r_m, load_n, moment);
+        vec_sub(state->force_n, load_n, state->force_n);
+        vec_sub(state->moment_n_m, moment, state->moment_n_m);
+        if (state->most != HAPTABLE_NONE && !(vec_length2(load_n) > most2)) continue;
+        most2 = vec_length2(load_n);
+        state->most = (uint16_t)i;
+    }
+    struct haptable_contact* contact = &state->hand.contact;
+    const int is_new = contact->patch == HAPTABLE_NONE;
+    contact->patch = HAPTABLE_NONE;
+    if (state->most == HAPTABLE_NONE) return;
+    *contact = haptable_tool_points(tool, state)[state->most].at;
+    state->hand.counters.contacts += (uint32_t)is_new;
+}
+
+void haptable_tool_force(const struct haptable_model* model, const struct haptable_contact* contact,
+                         const float finger_m[3], float nodal_force_n[3][3], float force_n[3]) {
+    const struct haptable_tool_state* state =
+        (const struct haptable_tool_state*)((const unsigned char*)model - offsetof(struct haptable_tool_state, model));
+    const struct haptable_tool_model* tool = state->tool;
+    const struct haptable_tool_point* point =
+        (const struct haptable_tool_point*)((const unsigned char*)state + tool->points_at);
+    (void)finger_m;
+    tool->pair->law->load(model, contact, point[state->most].load_n, nodal_force_n, force_n);
+    vec_copy(state->force_n, force_n);
+    if (!(vec_length2(state->moment_n_m) <= HAPTABLE_FORCE_LIMIT2)) vec_no_number(force_n); /* for the gate */
+}
+
+/* The energy of the last tick's wrench over the hand's motion, and what takes back what was given. */
+static void observe(const struct haptable_tool_model* tool, struct haptable_tool_state* state, const float motion_m[3],
+                    const float turn_rad[3]) {
+    const float motion2 = vec_length2(motion_m) + tool->reach_m * tool->reach_m * vec_length2(turn_rad);
+    state->given_j += vec_dot(state->hand.given_n, motion_m) + vec_dot(state->given_n_m, turn_rad);
+    float by = haptable_brake_of(&state->model, state->given_j, motion2);
+    const float most_n = state->model.max_force_n;
+    if (by > 0.0f && by * by * motion2 > most_n * most_n)
+        by = most_n * vec_inverse_root(motion2 > HAPTABLE_ROOT_LEAST ? motion2 : HAPTABLE_ROOT_LEAST);
+    state->brake_n_per_m = by;
+    vec_add_scaled(-by * tool->reach_m * tool->reach_m, turn_rad, state->moment_n_m);
+}
+
+void haptable_tool_brake(const struct haptable_model* model, struct haptable_servo* servo, const float motion_m[3],
+                         float force_n[3]) {
+    const struct haptable_tool_state* state = (const struct haptable_tool_state*)servo; /* its first member */
+    (void)model;
+    vec_add_scaled(-state->brake_n_per_m, motion_m, force_n);
+}
+
+/* Lowers the hand's gain so that the torque keeps the limits of the force, times max_torque over max_force. */
+static void limit_torque(const struct haptable_tool_model* tool, struct haptable_tool_state* state,
+                         const float torque_n_m[3]) {
+    const struct haptable_model* model = &state->model;
+    struct haptable_servo* hand = &state->hand;
+    const float per_m = model->max_force_n / tool->max_torque_n_m;
+    const float mean_n2 = hand->mean_n2;
+    float as_force_n[3], given_n[3];
+    vec_copy(hand->given_n, given_n);
+    for (int i = 0; i < 3; ++i) {
+        as_force_n[i] = per_m * torque_n_m[i];
+        hand->given_n[i] = per_m * state->given_n_m[i];
+    }
+    hand->mean_n2 = state->mean_n2;
+    if (model->mean) model->mean(model, hand, as_force_n);
+    if (model->rate && vec_length2(as_force_n) > 0.0f) model->rate(model, hand, as_force_n);
+    state->mean_n2 = hand->mean_n2;
+    hand->mean_n2 = mean_n2;
+    vec_copy(given_n, hand->given_n);
+}
+
+static void put_torque(const struct haptable_tool_model* tool, struct haptable_tool_state* state,
+                       const float motion_m[3], struct haptable_tool_output* out) {
+    struct haptable_servo* hand = &state->hand;
+    const uint32_t rejected = hand->counters.rejected_forces;
+    vec_copy(state->moment_n_m, out->torque_n_m);
+    hand->counters.clamped_forces += (uint32_t)haptable_force_clamp(tool->max_torque_n_m, out->torque_n_m);
+    if (state->model.limit && hand->contact.patch != HAPTABLE_NONE) limit_torque(tool, state, out->torque_n_m);
+    finish_tick(&state->model, hand, motion_m, &out->hand);
+    if (hand->contact.patch == HAPTABLE_NONE || hand->counters.rejected_forces != rejected) vec_zero(out->torque_n_m);
+    vec_scale(hand->gain, out->torque_n_m);
+    vec_copy(out->torque_n_m, state->given_n_m);
+}
+
+/* ---- a tick ------------------------------------------------------------------------------------------------------ */
+
+/* Where resume has lowered the gain, contact raises it again. */
+static void raise_gain(struct haptable_tool_state* state) {
+    if (!state->model.resume || !(state->hand.gain < 1.0f) || state->hand.contact.patch == HAPTABLE_NONE) return;
+    state->hand.gain = vec_clamp01(state->hand.gain + state->model.resume_gain);
+}
+
+/* 1 where the pose is one and is believed, and no fault stands. Otherwise out is written. */
+static int take_pose(const struct haptable_tool_model* tool, struct haptable_tool_state* state,
+                     const struct haptable_tool_input* in, uint32_t now_us, float turn[4],
+                     struct haptable_tool_output* out) {
+    struct haptable_servo* hand = &state->hand;
+    float position_m[3];
+    vec_copy(in->hand.finger_m, position_m);
+    if (!take_turn(in->turn, turn)) vec_no_number(position_m);
+    if (!begin_tick(&state->model, hand, position_m, now_us, &out->hand)) return 0;
+    if (!are_refused(tool, state, in, turn, now_us)) return 1;
+    give_nothing(hand, hand->faults == 0 ? HAPTABLE_REJECTED : HAPTABLE_FAULTED, &out->hand);
+    return 0;
+}
+
+void haptable_step_tool(const struct haptable_scene* scene, void* of, const struct haptable_input first[],
+                        uint32_t now_us, struct haptable_output first_out[]) {
+    const struct haptable_tool_model* tool = tool_of(scene);
+    const struct haptable_tool_input* in = (const struct haptable_tool_input*)first;
+    struct haptable_tool_output* out = (struct haptable_tool_output*)first_out;
+    struct haptable_tool_state* state = state_of(of);
+    struct haptable_servo* hand = &state->hand;
+    float turn[4];
+    float motion_m[3] = {0.0f, 0.0f, 0.0f};
+    float turn_rad[3] = {0.0f, 0.0f, 0.0f};
+    haptable_scene_begin(scene, of, first, now_us, first_out);
+    if (!hand->finger_known) give_no_wrench(tool, state, out);
+    vec_copy(in->hand.finger_m, out->position_m);
+    for (int i = 0; i < 4; ++i) out->turn[i] = in->turn[i];
+    if (!in->hand.is_there || !take_pose(tool, state, in, now_us, turn, out)) {
+        give_no_wrench(tool, state, out);
+        return;
+    }
+    if (state->is_known) {
+        vec_sub(in->hand.finger_m, state->position_m, motion_m);
+        turn_between(state->turn, turn, turn_rad);
+    }
+    vec_copy(in->hand.finger_m, state->position_m);
+    for (int i = 0; i < 4; ++i) state->turn[i] = turn[i];
+    state->is_known = 1;
+    vec_copy(in->hand.finger_m, hand->finger_m);
+    hand->finger_known = 1;
+    state->sets = 0;
+    raise_gain(state);
+    move_points(tool, state, in->hand.finger_m);
+    haptable_tool_solve(tool, state);
+    if (tool->settle) tool->settle(tool, state);
+    if (state->sets > state->most_sets) state->most_sets = state->sets;
+    put_wrench(tool, state);
+    if (state->model.passivity) observe(tool, state, motion_m, turn_rad);
+    put_torque(tool, state, motion_m, out);
+}
+
+unsigned haptable_tool_watch(const struct haptable_scene* scene, void* state, uint32_t now_us,
+                             struct haptable_tool_output* out) {
+    const unsigned silent = haptable_watch(scene, state, now_us, &out->hand);
+    if (silent != 0u) vec_zero(out->torque_n_m);
+    return silent;
+}
+
+void haptable_init_tool(const struct haptable_scene* scene, void* of) {
+    const struct haptable_tool_model* tool = tool_of(scene);
+    struct haptable_tool_state* state = state_of(of);
+    haptable_servo_begin(&state->hand);
+    state->tool = tool;
+    state->model = *scene->model;
+    state->model.god_object = haptable_god_object_nearest;
+    state->model.force = haptable_tool_force;
+    state->model.energy = 0;
+    state->model.frictionless = 0;
+    if (state->model.passivity) state->model.passivity = haptable_tool_brake;
+    for (int i = 0; i < tool->point_count; ++i) haptable_servo_begin(&haptable_tool_points(tool, state)[i].servo);
+}
+
+void haptable_tool_point_of(const struct haptable_scene* scene, const void* of, int number,
+                            struct haptable_output* out) {
+    const struct haptable_tool_model* tool = tool_of(scene);
+    const struct haptable_tool_point* point =
+        (const struct haptable_tool_point*)((const unsigned char*)of + tool->points_at) + number;
+    put_nothing(HAPTABLE_FREE, out);
+    vec_copy(point->servo.finger_m, out->god_object_m);
+    if (!point->is_inside) return;
+    out->state = HAPTABLE_CONTACT;
+    out->patch = point->at.patch;
+    vec_copy(point->at.alpha, out->alpha);
+    vec_copy(point->at.god_object_m, out->god_object_m);
+    for (int corner = 0; corner < 3; ++corner) out->vertex[corner] = scene->model->patch[point->at.patch][corner];
+    tool->pair->law->load(scene->model, &point->at, point->load_n, out->nodal_force_n, out->force_n);
+}

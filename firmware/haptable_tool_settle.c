@@ -1,0 +1,142 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * E(g) = 1/2 u^T C(g)^-1 u, downhill over the surface by all points at once: y_i = g_i + sum_j C_ij (f_j - f*_j)
+ *
+ * f* is the load that the surface bears without sliding: along the normal, or with friction within its cone. y is where
+ * the god-objects of a flat surface would rest, and each goes to the point of the surface nearest to it. Where E would
+ * grow, half of that way is tried, and then none: E only falls while the hand rests, and the force at fixed god-objects
+ * is minus its gradient by the pose, so that closed loops of the pose gain nothing.
+ */
+#include "haptable_contact.h"
+#include "haptable_pair_terms.h"
+#include "haptable_surface.h"
+#include "haptable_tool.h"
+
+/* Points that would move by less rest: this part of tolerance_m. */
+#define REST 0.25f
+
+/* -dE/db of a point by its alpha_1 and alpha_2: e_b . f_i + f_i . (1/2 C_ii,b f_i + sum_j C_ij,b f_j). */
+static void fall_of(const struct haptable_tool_model* tool, const struct haptable_tool_point point[], uint32_t i,
+                    float fall_j[2]) {
+    const struct haptable_pair_model* pair = tool->pair;
+    const struct haptable_tool_point* at = &point[i];
+    struct haptable_pair_point own;
+    struct haptable_pair_slope slope;
+    struct haptable_pair_place by[2];
+    pair->bend->open(pair->model, &at->at, at->servo.finger_m, &own);
+    pair->bend->slope(pair->model, &at->at, &own, at->load_n, 0, &slope);
+    haptable_pair_slope_places(pair->law, &at->at, by);
+    for (int b = 0; b < 2; ++b) {
+        fall_j[b] = -slope.first_j[b];
+        for (uint32_t j = 0; j < tool->point_count; ++j) {
+            float x[9];
+            if (j == i || !point[j].presses) continue;
+            tool->couple(pair, &by[b], &point[j].place, x);
+            fall_j[b] += mat_bilinear(x, at->load_n, point[j].load_n);
+        }
+    }
+}
+
+/* The vector t of a patch's plane with e_b . t = fall_b. */
+static void along_plane(const float e[2][3], const float fall_j[2], float t[3]) {
+    const float aa = vec_length2(e[0]);
+    const float ab = vec_dot(e[0], e[1]);
+    const float bb = vec_length2(e[1]);
+    const float det = aa * bb - ab * ab;
+    vec_zero(t);
+    if (!(det > 1e-6f * aa * bb)) return;
+    vec_add_scaled((bb * fall_j[0] - ab * fall_j[1]) / det, e[0], t);
+    vec_add_scaled((aa * fall_j[1] - ab * fall_j[0]) / det, e[1], t);
+}
+
+/* What makes a point slide: minus the slope of E along the surface, N, less what friction bears. */
+static void excess_of(const struct haptable_tool_model* tool, const struct haptable_tool_point point[], uint32_t i,
+                      float excess_n[3]) {
+    const struct haptable_model* model = tool->pair->model;
+    const struct haptable_tool_point* at = &point[i];
+    float e[2][3], normal[3];
+    patch_frame(model, at->at.patch, e[0], e[1], normal);
+    const float length2 = vec_length2(normal);
+    vec_scale(vec_inverse_root(length2 > HAPTABLE_ROOT_LEAST ? length2 : HAPTABLE_ROOT_LEAST), normal);
+    const float along = vec_dot(at->load_n, normal);
+    if (tool->pair->bend) {
+        float fall_j[2];
+        fall_of(tool, point, i, fall_j);
+        along_plane((const float(*)[3])e, fall_j, excess_n);
+    } else {
+        vec_copy(at->load_n, excess_n);
+        vec_add_scaled(-along, normal, excess_n);
+    }
+    if (!model->frictionless) return;
+    const float tangent2 = vec_length2(excess_n);
+    const float bound = model->static_friction * along;
+    if (along >= 0.0f) return;
+    if (tangent2 <= bound * bound)
+        vec_zero(excess_n);
+    else
+        vec_scale(1.0f + model->kinetic_friction * along * vec_inverse_root(tangent2), excess_n);
+}
+
+/* How far each point would go; 1 where one goes farther than it may rest. */
+static int foresee(const struct haptable_tool_model* tool, struct haptable_tool_state* state, float (*way_m)[3]) {
+    struct haptable_tool_point* point = haptable_tool_points(tool, state);
+    float load_n[HAPTABLE_POINTS][3], excess_n[HAPTABLE_POINTS][3];
+    const float rest_m = REST * tool->pair->model->tolerance_m;
+    int goes = 0;
+    for (uint32_t i = 0; i < tool->point_count; ++i) {
+        vec_zero(excess_n[i]);
+        vec_copy(point[i].load_n, load_n[i]);
+        if (point[i].presses) excess_of(tool, point, i, excess_n[i]);
+    }
+    for (uint32_t i = 0; i < tool->point_count; ++i) {
+        vec_zero(way_m[i]);
+        if (!point[i].is_inside) continue;
+        if (point[i].presses && !(vec_length2(excess_n[i]) > 0.0f)) continue; /* it holds the surface */
+        for (uint32_t j = 0; j < tool->point_count; ++j) vec_copy(excess_n[j], point[j].load_n);
+        haptable_tool_lowered(tool, state, i, way_m[i]);
+        for (uint32_t j = 0; j < tool->point_count; ++j) vec_copy(load_n[j], point[j].load_n);
+        if (!point[i].presses) { /* to where the surface would meet it */
+            float at_m[3];
+            haptable_tool_lowered(tool, state, i, at_m);
+            vec_sub(point[i].servo.finger_m, at_m, at_m);
+            vec_sub(at_m, point[i].at.god_object_m, at_m);
+            vec_add(way_m[i], at_m, way_m[i]);
+        }
+        if (vec_length2(way_m[i]) > rest_m * rest_m) goes = 1;
+    }
+    return goes;
+}
+
+/* Goes that part of the way from where each was. */
+static void go(const struct haptable_tool_model* tool, struct haptable_tool_state* state,
+               const struct haptable_contact from[], const float (*way_m)[3], float part) {
+    struct haptable_tool_point* point = haptable_tool_points(tool, state);
+    for (uint32_t i = 0; i < tool->point_count; ++i) {
+        float to_m[3];
+        int steps = 0;
+        if (!point[i].is_inside || !(vec_length2(way_m[i]) > 0.0f)) continue;
+        point[i].at = from[i];
+        vec_copy(from[i].god_object_m, to_m);
+        vec_add_scaled(part, way_m[i], to_m);
+        if (part > 0.0f) (void)haptable_contact_slide(tool->pair->model, to_m, &point[i].at, &steps);
+        point[i].is_known = 0;
+    }
+}
+
+void haptable_tool_settle(const struct haptable_tool_model* tool, struct haptable_tool_state* state) {
+    struct haptable_tool_point* point = haptable_tool_points(tool, state);
+    struct haptable_contact from[HAPTABLE_POINTS];
+    float way_m[HAPTABLE_POINTS][3];
+    const float before_j = state->energy_j;
+    float part = 1.0f;
+    if (!foresee(tool, state, way_m)) return;
+    for (uint32_t i = 0; i < tool->point_count; ++i) from[i] = point[i].at;
+    for (int trial = 0; trial < HAPTABLE_TOOL_TRIALS; ++trial) {
+        go(tool, state, from, (const float(*)[3])way_m, part);
+        haptable_tool_solve(tool, state);
+        if (state->energy_j <= before_j) return;
+        part *= 0.5f;
+    }
+    go(tool, state, from, (const float(*)[3])way_m, 0.0f);
+    haptable_tool_solve(tool, state);
+}
