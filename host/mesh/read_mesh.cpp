@@ -17,6 +17,7 @@
 #include "host/mesh/raw_mesh.hpp"
 #include "host/mesh/readers.hpp"
 #include "host/mesh/soup.hpp"
+#include "host/mesh/surface.hpp"
 
 namespace haptable {
 
@@ -362,6 +363,24 @@ TetMesh read_mesh(const fs::path& file, const ReadOptions& options) {
         throw Error(error.what() + doubt_size(raw, options));
     }
     return make_tet_mesh(file, filled, options);
+}
+
+Soup read_triangles(const fs::path& file, double scale_m) {
+    const RawMesh raw = read_raw(file, {});
+    Soup soup;
+    if (!raw.tet.empty() || !raw.other.empty()) {
+        const TetMesh mesh = make_tet_mesh(file, raw, ReadOptions{scale_m, false, {}, {}});
+        for (const Eigen::Vector3d& p : mesh.position_m) soup.point.push_back(mesh.origin_m + p);
+        for (const Patch& patch : find_surface(mesh.tet).patch)
+            soup.triangle.push_back({static_cast<std::size_t>(patch[0]), static_cast<std::size_t>(patch[1]),
+                                     static_cast<std::size_t>(patch[2])});
+        return soup;
+    }
+    require_triangles(file, raw);
+    to_soup(raw, soup);
+    if (soup.triangle.empty()) fail(file, "has no triangles; give a surface");
+    for (Eigen::Vector3d& p : soup.point) p *= scale_m;
+    return soup;
 }
 
 std::vector<fs::path> mesh_files(const fs::path& file) {

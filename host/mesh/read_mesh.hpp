@@ -7,6 +7,7 @@
 
 #include "host/mesh/fill.hpp"
 #include "host/mesh/mesh.hpp"
+#include "host/mesh/soup.hpp"
 
 namespace haptable {
 
@@ -30,6 +31,10 @@ TetMesh read_mesh(const std::filesystem::path& file, const ReadOptions& options)
 inline TetMesh read_mesh(const std::filesystem::path& file, double scale_m) {
     return read_mesh(file, ReadOptions{scale_m, false, {}, {}});
 }
+
+/// The triangles of a surface's file, welded; of a body of tetrahedra, those that bound it. Metres. Throws Error as
+/// read_mesh does, and where there are none.
+Soup read_triangles(const std::filesystem::path& file, double scale_m);
 
 /// The files that are read for it: two for TetGen's pair.
 std::vector<std::filesystem::path> mesh_files(const std::filesystem::path& file);
