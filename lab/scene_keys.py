@@ -137,6 +137,7 @@ def _by_law(name: str) -> Json:
 def _value(key: Json) -> Json:
     number, words = _number(key), {"enum": key["words"]}
     nodes = {"type": "array", "items": {"type": "integer", "minimum": 0}, "uniqueItems": True, "maxItems": 1000}
+    points = {"type": "array", "items": _list({"type": "number"}, 3), "minItems": 2, "maxItems": 32}
     return {"number": _either(number, words) if key["words"] else number,
             "integer": number,
             "flag": {"type": "boolean"},
@@ -148,6 +149,7 @@ def _value(key: Json) -> Json:
             "six": _list(number, 6),
             "box": _list(number, 6),
             "nodes": nodes,
+            "points": _either({"type": "integer", "minimum": 2, "maximum": 32}, points),
             "by-law": _by_law(key["name"])}[key["type"]]
 
 

@@ -12,6 +12,7 @@
 #include <numeric>
 
 #include "host/base/error.hpp"
+#include "host/base/si.hpp"
 #include "host/mesh/read_mesh.hpp"
 
 namespace haptable {
@@ -226,23 +227,76 @@ double behind(const Face& face, std::size_t at, double mask_radius) {
     return weights > 0.0 ? -sum / weights : 0.0;
 }
 
+// ---- as it is drawn ------------------------------------------------------------------------------------------------
+
+using Triangles = std::vector<std::array<Vector3d, 3>>;
+
+/// A surface of revolution about z, from below: (radius, height) by (radius, height).
+Triangles turned(const std::vector<std::array<double, 2>>& profile) {
+    constexpr int kAround = 48;
+    Triangles triangles;
+    const auto at = [](const std::array<double, 2>& ring, int k) {
+        const double angle = 2.0 * std::numbers::pi * k / kAround;
+        return Vector3d(ring[0] * std::cos(angle), ring[0] * std::sin(angle), ring[1]);
+    };
+    for (std::size_t r = 1; r < profile.size(); ++r)
+        for (int k = 0; k < kAround; ++k) {
+            const Vector3d low = at(profile[r - 1], k), low_next = at(profile[r - 1], k + 1);
+            const Vector3d high = at(profile[r], k), high_next = at(profile[r], k + 1);
+            if (profile[r - 1][0] > 0.0) triangles.push_back({low, low_next, high_next});
+            if (profile[r][0] > 0.0) triangles.push_back({low, high_next, high});
+        }
+    return triangles;
+}
+
+Triangles round_surface(double radius, double half_length) {
+    constexpr int kRings = 12;  // of half a sphere
+    std::vector<std::array<double, 2>> profile;
+    for (int end : {-1, 1})
+        for (int k = 0; k <= kRings; ++k) {
+            const double angle = 0.5 * std::numbers::pi * (end < 0 ? k - kRings : k) / kRings;
+            const bool is_pole = k == (end < 0 ? 0 : kRings);
+            profile.push_back({is_pole ? 0.0 : radius * std::cos(angle), radius * std::sin(angle) + end * half_length});
+        }
+    return turned(profile);
+}
+
+Triangles surface_of(const ToolShape& shape) {
+    if (shape.kind == ToolShape::Kind::kSphere) return round_surface(shape.radius_m, 0.0);
+    // A plate that is as thick as it takes to be seen.
+    if (shape.kind == ToolShape::Kind::kDisc)
+        return turned(
+            {{0.0, 0.0}, {shape.radius_m, 0.0}, {shape.radius_m, 0.1 * shape.radius_m}, {0.0, 0.1 * shape.radius_m}});
+    if (shape.kind == ToolShape::Kind::kCapsule) {
+        Triangles triangles = round_surface(shape.radius_m, 0.5 * shape.length_m);
+        for (auto& corner : triangles)
+            for (Vector3d& p : corner) p = Vector3d(p.z(), p.x(), p.y());
+        return triangles;
+    }
+    Triangles triangles;
+    const Soup soup = read_triangles(shape.file, shape.scale_m);
+    for (const auto& corner : soup.triangle)
+        triangles.push_back({soup.point[corner[0]], soup.point[corner[1]], soup.point[corner[2]]});
+    return triangles;
+}
+
+// ---- points --------------------------------------------------------------------------------------------------------
+
 ToolSample by_spiral(const Face& face, double stand_back_m) {
-    ToolSample sample{{}, spacing(face.area, face.place.size())};
+    ToolSample sample{{}, spacing(face.area, face.place.size()), {}};
     for (std::size_t k = 0; k < face.place.size(); ++k)
         sample.point_m.emplace_back(face.place[k] - stand_back_m * face.normal[k]);
     return sample;
 }
 
 ToolSample by_repulsion(const Face& face, std::size_t count, double mask_radius_m) {
-    ToolSample sample{{}, spacing(face.area, count)};
+    ToolSample sample{{}, spacing(face.area, count), {}};
     for (const std::size_t k : repel(face, inside(face, kInset * sample.spacing_m, count), count))
         sample.point_m.emplace_back(face.place[k] - behind(face, k, mask_radius_m) * face.normal[k]);
     return sample;
 }
 
-}  // namespace
-
-ToolSample sample_tool(const ToolShape& shape, double mask_radius_m) {
+ToolSample points_of(const ToolShape& shape, double mask_radius_m) {
     const auto count = static_cast<std::size_t>(shape.points);
     const double flattened_m2 = mask_radius_m * mask_radius_m / 16.0;
     switch (shape.kind) {
@@ -256,6 +310,50 @@ ToolSample sample_tool(const ToolShape& shape, double mask_radius_m) {
             return by_repulsion(on_mesh(shape), count, mask_radius_m);
     }
     return {};
+}
+
+}  // namespace
+
+ToolSample sample_tool(const ToolShape& shape, double mask_radius_m) {
+    ToolSample sample = points_of(shape, mask_radius_m);
+    sample.surface_m = surface_of(shape);
+    return sample;
+}
+
+ToolSample complete_tool(Scene& scene) {
+    if (!scene.tool) return {};
+    Tool& tool = *scene.tool;
+    ToolSample sample;
+    if (tool.shape) {
+        sample = sample_tool(*tool.shape, scene.contact.mask_radius_m);
+        tool.point_m.clear();
+        for (const Vector3d& p : sample.point_m) tool.point_m.push_back({p.x(), p.y(), p.z()});
+    }
+    double reach_m = 0.0;
+    for (const auto& p : tool.point_m) reach_m = std::max(reach_m, std::hypot(p[0], p[1], p[2]));
+    if (!(reach_m > 0.0))
+        throw Error(fmt::format("{}:{}: tool.points: are all at the handle: give points that are apart",
+                                scene.file.string(), tool.line));
+    if (!(tool.max_torque_n_m > 0.0)) tool.max_torque_n_m = servo_force_limit_n(scene) * reach_m;
+    return sample;
+}
+
+std::string describe_tool(const Scene& scene, const ToolSample& sample) {
+    const std::size_t count = scene.tool->point_m.size();
+    const double mask_m = scene.contact.mask_radius_m;
+    if (!(sample.spacing_m > 0.0)) return fmt::format("{} points", count);
+    const std::string text = fmt::format("{} points, {} apart", count, si(sample.spacing_m, "m"));
+    if (!(mask_m > 0.0)) return text + "; points are the body's nodes: a pressure mask makes them as wide as the tool";
+    constexpr double kLeast = 0.6, kMost = 0.8;  // of the spacing, to a digit: within 5 % of Hertz and of a punch
+    const double share = mask_m / sample.spacing_m;
+    std::string whole = fmt::format("{}, each with a mask of {:.2f} of that", text, share);
+    if (share < kLeast - 0.05 || share > kMost + 0.05) {
+        constexpr double kBest = 0.7;
+        const double points = static_cast<double>(count) * std::pow(kBest * sample.spacing_m / mask_m, 2.0);
+        whole += fmt::format(", and 0.6 to 0.8 is right: set mask_radius = {:.2g}, or points = {:.0f}",
+                             kBest * sample.spacing_m, std::clamp(std::round(points), 2.0, 32.0));
+    }
+    return whole;
 }
 
 }  // namespace haptable

@@ -3,16 +3,19 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <string>
 #include <vector>
 
-#include "host/scene/tool.hpp"
+#include "host/scene/scene.hpp"
 
 namespace haptable {
 
 /// Points of a tool, m, about its handle in its own axes.
 struct ToolSample {
     std::vector<Eigen::Vector3d> point_m;
-    double spacing_m = 0.0;  ///< between points of a hexagonal grid that is as dense
+    double spacing_m = 0.0;                                 ///< between points of a hexagonal grid that is as dense
+    std::vector<std::array<Eigen::Vector3d, 3>> surface_m;  ///< triangles of the shape, as it is drawn
 };
 
 /// Samples the side of the shape whose normals are within `angle` of -z. Spheres and capsules are sampled by a spiral
@@ -24,5 +27,14 @@ struct ToolSample {
 ///   mask_radius_m  of [contact], 0: none
 /// Throws Error that names the file of a mesh, or the key, where there is nothing to sample.
 ToolSample sample_tool(const ToolShape& shape, double mask_radius_m);
+
+/// Fills in the tool's points, and a torque that the motors have where the scene does not say: that of max_force at the
+/// farthest point. A scene without a tool stays as it is. Throws Error as sample_tool, and where all points are the
+/// handle.
+ToolSample complete_tool(Scene& scene);
+
+/// "12 points, 3.3 mm apart, each with a mask of 0.70 of that", and what to mend where the masks do not fit; of given
+/// points their number.
+std::string describe_tool(const Scene& scene, const ToolSample& sample);
 
 }  // namespace haptable

@@ -12,6 +12,7 @@
 #include "host/base/own_folder.hpp"
 #include "host/base/program.hpp"
 #include "host/body/rigid_body.hpp"
+#include "host/body/sample_tool.hpp"
 #include "host/body/under_constrained.hpp"
 #include "host/mesh/audit.hpp"
 #include "host/mesh/read_mesh.hpp"
@@ -65,7 +66,10 @@ std::string make_path(const fs::path& path) {
 std::string dependencies(const Scene& scene, const fs::path& folder) {
     std::string inputs = " " + make_path(scene.file);
     std::string targets = "\n" + make_path(scene.file) + ":\n";
-    for (const fs::path& file : mesh_files(scene.mesh.file)) {
+    std::vector<fs::path> files = mesh_files(scene.mesh.file);
+    if (scene.tool && scene.tool->shape && !scene.tool->shape->file.empty())
+        for (const fs::path& file : mesh_files(scene.tool->shape->file)) files.push_back(file);
+    for (const fs::path& file : files) {
         if (file.empty()) continue;  // a generated mesh has none
         inputs += " " + make_path(file);
         targets += make_path(file) + ":\n";
@@ -108,6 +112,10 @@ void check(const Scene& scene, const Options& options) {
     TetMesh mesh = make_mesh(scene.mesh);
     const Audit audit = audit_mesh(mesh);
     say(options.telling, "note", mesh.notes);
+    if (Scene completed = scene; completed.tool) {
+        const ToolSample tool = complete_tool(completed);
+        say(options.telling, "note", {"the tool has " + describe_tool(completed, tool)});
+    }
     say(options.telling, "warning", warnings_of(audit, scene.mesh.scale_m));
     std::vector<std::int32_t> under_constrained;
     Body body;

@@ -16,6 +16,7 @@
 #include "host/base/hash.hpp"
 #include "host/body/assembly.hpp"
 #include "host/body/rigid_body.hpp"
+#include "host/body/sample_tool.hpp"
 #include "host/compliance/modes.hpp"
 #include "host/compliance/pair_coupling.hpp"
 #include "host/compliance/sample.hpp"
@@ -27,6 +28,7 @@
 #include "host/precompute/requirements.hpp"
 #include "host/precompute/write_tables.hpp"
 #include "host/tables/own_tables.hpp"
+#include "host/tables/tool.hpp"
 
 namespace haptable {
 
@@ -309,6 +311,17 @@ Matrices compute(const Run& run, Summary& summary) {
     return stiffness.stiffness_n_per_m;
 }
 
+ToolTables tool_tables(const Tool& tool, const ToolSample& sample) {
+    ToolTables tables{tool.point_m,           tool.max_torque_n_m,
+                      tool.stiffness_n_per_m, tool.turn_stiffness_n_m_per_rad,
+                      sample.spacing_m,       {}};
+    for (const auto& triangle : sample.surface_m)
+        for (const Eigen::Vector3d& corner : triangle)
+            tables.surface_corner_m.push_back(
+                {static_cast<float>(corner.x()), static_cast<float>(corner.y()), static_cast<float>(corner.z())});
+    return tables;
+}
+
 /// Nothing is missing: neither K nor its factor is needed.
 Matrices take_over(const Run& run, Summary& summary) {
     const auto& [scene, body, plan, options, inverse, whole, rest, progress, clock, folder, beside, workers] = run;
@@ -368,7 +381,9 @@ void write(const Run& run, const Matrices& stiffness_n_per_m, const std::optiona
 
 fs::path work_folder(const fs::path& folder) { return plain_folder(folder) / "columns.unfinished"; }
 
-Result precompute(const Scene& scene, const fs::path& folder_in, Progress& progress, const PrecomputeOptions& options) {
+Result precompute(const Scene& given, const fs::path& folder_in, Progress& progress, const PrecomputeOptions& options) {
+    Scene scene = given;
+    const ToolSample tool = complete_tool(scene);
     const fs::path folder = plain_folder(folder_in);
     CholmodInverse here(options.threads);
     Inverse& inverse = options.inverse != nullptr ? *options.inverse : here;
@@ -378,6 +393,7 @@ Result precompute(const Scene& scene, const fs::path& folder_in, Progress& progr
     // 1. The mesh, and what of it is fixed and touched. Is it constrained, and does it fit? The mesh alone can tell.
     clock.begin("mesh");
     body = read_body(scene, progress);
+    if (scene.tool) body.mesh.notes.push_back("the tool has " + describe_tool(scene, tool));
     summary.audit = audit_mesh(body.mesh, body.surface);
     summary.supports = require_constrained(scene, body);
     std::optional<RigidBody> rigid;
@@ -420,6 +436,7 @@ Result precompute(const Scene& scene, const fs::path& folder_in, Progress& progr
                   folder,
                   beside.path(),
                   workers};
+    if (scene.tool) write_tool(tool_tables(*scene.tool, tool), beside.path());
     const Matrices stiffness_n_per_m = plan.is_complete() ? take_over(run, summary) : compute(run, summary);
     // 8. All tables, as C too, and the summary; then into their place.
     write(run, stiffness_n_per_m, rigid, summary);

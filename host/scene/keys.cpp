@@ -4,6 +4,7 @@
 #include "host/base/json.hpp"
 #include "host/base/mass_range.hpp"
 #include "host/scene/device_models.hpp"
+#include "host/scene/tool.hpp"
 
 namespace haptable {
 
@@ -20,6 +21,8 @@ constexpr double kFewestNodes = 20;
 
 // The oldest force of a device that the watchdogs let pass.
 constexpr double kMostDelay_s = 0.02;
+
+constexpr double kMostAngle_deg = 180.0;
 
 // HAPTABLE_MODES: the servo's state.
 constexpr double kMostModes = 16;
@@ -267,6 +270,31 @@ std::vector<Key> make_keys() {
          .changes = kTables,
          .means = "number of [fingers](MOVING.md#two-fingers) on the body at once"},
     });
+    add("tool", {
+        {.name = "shape", .type = kWord, .words = {"points", "sphere", "capsule", "disc", "mesh"}, .fallback = "points",
+         .means = "what is sampled, on the side along the tool's -z; `\"points\"`: none, the points are given"},
+        {.name = "points", .type = kPoints, .range = {Tool::kFewest, Tool::kMost}, .required = true,
+         .beyond = "are {}, and a tool has 2 to 32", .changes = kTables,
+         .means = "number of points of a shape; or the points, `[[x, y, z], ...]`, in metres about the handle"},
+        {.name = "radius", .unit = "m", .range = kPositive,
+         .means = "radius of a sphere or capsule about the handle, or of a disc"},
+        {.name = "length", .unit = "m", .range = kPositive,
+         .means = "length of a capsule along x, between the centres of its ends"},
+        {.name = "file", .type = kText,
+         .means = "mesh file of a tool, relative to the scene; its origin is the handle"},
+        {.name = "scale", .unit = "m", .range = kPositive, .fallback_text = "1",
+         .means = "metres per unit of that file"},
+        {.name = "angle", .unit = "degrees", .range = {.least = 0.0, .most = kMostAngle_deg, .above = true},
+         .fallback_text = "60",
+         .means = "largest angle between -z and the normals of what is sampled, of all but a disc"},
+        {.name = "max_torque", .unit = "N m", .range = kPositive, .fallback_text = "`max_force` at the farthest point",
+         .changes = kTables,
+         .means = "largest torque of the motors"},
+        {.name = "stiffness", .unit = "N/m", .range = kPositive, .fallback_text = "none", .changes = kTables,
+         .means = "stiffness of a virtual coupling between hand and tool"},
+        {.name = "turn_stiffness", .unit = "N m/rad", .range = kPositive, .fallback_text = "none", .changes = kTables,
+         .means = "its stiffness about the handle"},
+    });
     add("device", {
         {.name = "model", .type = kWord, .words = model_names(), .fallback = "phantom",
          .means = "whose figures stand where no key gives one ([DEVICES.md](DEVICES.md#models))"},
@@ -431,8 +459,26 @@ std::vector<Rule> make_rules() {
          "is of mean_force, which is off; remove one of them"},
         {kNeeds, "device.ramp_time", "device.force_return=ramp",
          "belongs to force_return = \"ramp\"; remove it or choose that"},
-        {kNeeds, "tables.coupling_bytes", "contact.fingers=2",
-         "belongs to two fingers; write fingers = 2 in [contact], or remove it"},
+        {kNeeds, "tables.coupling_bytes", "contact.fingers=2|tool",
+         "belongs to two fingers or a tool; write fingers = 2 in [contact], or remove it"},
+        {kNeeds, "tool", "contact.force=consistent|contact.force=pressure-mask",
+         "are coupled by the body: set force = \"pressure-mask\" or \"consistent\" in [contact]", "tool.points"},
+        {kExcludes, "tool", "contact.fingers=2", "are of one hand: remove fingers = 2 in [contact]", "tool.points"},
+        {kNeeds, "tool.shape=sphere", "tool.radius", "is missing; give a number, m", "tool.radius"},
+        {kNeeds, "tool.shape=capsule", "tool.radius", "is missing; give a number, m", "tool.radius"},
+        {kNeeds, "tool.shape=disc", "tool.radius", "is missing; give a number, m", "tool.radius"},
+        {kNeeds, "tool.shape=capsule", "tool.length", "is missing; give a number, m", "tool.length"},
+        {kNeeds, "tool.shape=mesh", "tool.file", "is missing; name a mesh file", "tool.file"},
+        {kNeeds, "tool.radius", "tool.shape=sphere|tool.shape=capsule|tool.shape=disc",
+         "belongs to a sphere, a capsule or a disc; remove it or choose that shape"},
+        {kNeeds, "tool.length", "tool.shape=capsule", "belongs to a capsule; remove it or choose that shape"},
+        {kNeeds, "tool.file", "tool.shape=mesh", "belongs to shape = \"mesh\"; remove it or choose that shape"},
+        {kNeeds, "tool.scale", "tool.shape=mesh", "belongs to shape = \"mesh\"; remove it or choose that shape"},
+        {kNeeds, "tool.angle", "tool.shape=sphere|tool.shape=capsule|tool.shape=mesh",
+         "belongs to a sphere, a capsule or a mesh; remove it or choose that shape"},
+        {kNeeds, "tool.turn_stiffness", "tool.stiffness", "needs stiffness, N/m, of the same coupling; give it"},
+        {kNeeds, "tool.stiffness", "tool.turn_stiffness",
+         "needs turn_stiffness, N m/rad, of the same coupling; give it"},
         {kNeeds, "tables.display_precision", "tables.display_rows",
          "is of display_rows, which the microcontroller computes; give them, or remove it"},
         {kExcludes, "tables.display_rows", "tables.columns=none",
@@ -474,6 +520,9 @@ const std::vector<SectionKey>& scene_sections() {
          .is_optional = true,
          .means = "[nothing holds it](MOVING.md#free-bodies), or it [rings](MOVING.md#modes)"},
         {.name = "contact", .means = "[how a touch feels](CONTACT.md)"},
+        {.name = "tool",
+         .is_optional = true,
+         .means = "[a rigid tool](TOOL.md) that one hand holds, in place of a finger"},
         {.name = "device", .means = "[whose motors give the force](DEVICES.md)"},
         {.name = "tables", .means = "what is stored"},
     };

@@ -26,6 +26,7 @@ enum class KeyType {
     kDirection,   ///< three numbers that are not all 0
     kBox,         ///< xmin ymin zmin xmax ymax zmax
     kNodes,       ///< mesh nodes, each once
+    kPoints,      ///< a number of points, or a list of points, [x, y, z] each
     kByLaw        ///< a material's: its law says what it is (read_material.hpp)
 };
 

@@ -13,8 +13,8 @@ using namespace haptable;
 using Json = nlohmann::ordered_json;
 
 // In the order of KeyType and of Rule::Kind.
-constexpr const char* kTypes[] = {"number",       "integer", "flag",      "text", "word",  "three",
-                                  "one-or-three", "six",     "direction", "box",  "nodes", "by-law"};
+constexpr const char* kTypes[] = {"number", "integer",   "flag", "text",  "word",   "three", "one-or-three",
+                                  "six",    "direction", "box",  "nodes", "points", "by-law"};
 constexpr const char* kKinds[] = {"needs", "excludes", "one-of"};
 
 /// Without an end: null.

@@ -113,6 +113,29 @@ std::vector<std::int32_t> read_nodes(const Section& section, const Key& key) {
     return nodes;
 }
 
+constexpr const char* kPointList = "must be a list of points, like [[-0.004, 0, 0], [0.004, 0, 0]], m about the handle";
+
+/// A number of points, or their places.
+Json read_points(const Section& section, const Key& key) {
+    const toml::array* list = section.find(key.name)->as_array();
+    const std::int64_t count = list != nullptr ? static_cast<std::int64_t>(list->size()) : section.integer(key.name);
+    check_range(section, key, static_cast<double>(count));
+    if (list == nullptr) return count;
+    Json points = Json::array();
+    for (const toml::node& entry : *list) {
+        const toml::array* point = entry.as_array();
+        if (point == nullptr || point->size() != 3) section.fail(key.name, kPointList);
+        Json place = Json::array();
+        for (const toml::node& part : *point) {
+            const std::optional<double> value = part.value<double>();
+            if (!value || !std::isfinite(*value)) section.fail(key.name, kPointList);
+            place.push_back(*value);
+        }
+        points.push_back(std::move(place));
+    }
+    return points;
+}
+
 Json read_integer(const Section& section, const Key& key) {
     const std::int64_t value = section.integer(key.name);
     check_range(section, key, static_cast<double>(value));
@@ -154,6 +177,8 @@ Json read_value(const Section& section, const Key& key) {
             return read_box(section, key);
         case KeyType::kNodes:
             return read_nodes(section, key);
+        case KeyType::kPoints:
+            return read_points(section, key);
         case KeyType::kByLaw:
             return as_json(*section.find(key.name));
     }

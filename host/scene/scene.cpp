@@ -140,6 +140,10 @@ void visit_members(Of& scene, const Visit& visit) {
     visit("tables.display_rows", scene.tables.display_rows);
     visit("tables.display_precision", scene.tables.display_precision);
     visit_body(scene, visit);
+    if (!scene.tool) return;
+    visit("tool.max_torque", scene.tool->max_torque_n_m);
+    visit("tool.stiffness", scene.tool->stiffness_n_per_m);
+    visit("tool.turn_stiffness", scene.tool->turn_stiffness_n_m_per_rad);
 }
 
 // ---- what more than one key says ----------------------------------------------------------------------------------
@@ -247,6 +251,40 @@ void begin_body(const Section& root, const SceneOptions& options, Scene& scene) 
     scene.body_modes->line = section.line("modes");
 }
 
+std::optional<Tool> begin_tool(const Section& root, const SceneOptions& options) {
+    if (!options.has("tool")) return {};
+    Tool tool;
+    tool.line = root.section("tool", false).line();
+    return tool;
+}
+
+/// Its points, or the shape that has them.
+void finish_tool(const Section& root, const fs::path& scene_file, const SceneOptions& options, Tool& tool) {
+    const std::string kind = options.text("tool.shape");
+    const bool is_listed = options.at("tool.points").is_array();
+    if (is_listed != (kind == "points"))
+        root.section("tool", false)
+            .fail("points", is_listed
+                                ? "are given one by one, and there is a shape too: give their number, or remove shape"
+                                : "is a number: give the shape that has so many, or a list of points");
+    if (is_listed) {
+        tool.point_m = options.at("tool.points").get<std::vector<std::array<double, 3>>>();
+        return;
+    }
+    using Kind = ToolShape::Kind;
+    ToolShape& shape = tool.shape.emplace();
+    shape.kind = kind == "sphere"    ? Kind::kSphere
+                 : kind == "capsule" ? Kind::kCapsule
+                 : kind == "disc"    ? Kind::kDisc
+                                     : Kind::kMesh;
+    shape.points = static_cast<int>(options.integer("tool.points"));
+    shape.radius_m = options.number_or("tool.radius", 0.0);
+    shape.length_m = options.number_or("tool.length", 0.0);
+    shape.angle_deg = options.number_or("tool.angle", shape.angle_deg);
+    if (options.has("tool.file")) shape.file = scene_file.parent_path() / options.text("tool.file");
+    shape.scale_m = options.number_or("tool.scale", 1.0);
+}
+
 /// As the file says, else against gravity, else z; of length 1.
 void finish_floor(const SceneOptions& options, const std::optional<Gravity>& gravity, FreeBody::Floor& floor) {
     auto& normal = floor.normal;
@@ -307,6 +345,7 @@ SceneOptions options_of(const Scene& scene) {
                                                                            : Json("none"));
     options.set("device.handedness", scene.device_map.left_handed ? "left" : "right");
     options.set("device.force_return", scene.device.limits.ramp_s > 0.0 ? "ramp" : "leaving");
+    if (scene.tool && !scene.tool->point_m.empty()) options.set("tool.points", scene.tool->point_m);
     Json material = options.has("material") ? options.at("material") : Json::object();
     store(scene.material, material);
     options.set("material", std::move(material));
@@ -333,6 +372,7 @@ Scene read_scene(const fs::path& file) {
     check_name(root, options.text("name"));
     scene.device = device_of(*find_device_model(options.text("device.model")));
     begin_body(root, options, scene);
+    scene.tool = begin_tool(root, options);
     visit_members(scene, Load{options});
     if (options.has("mesh.file")) scene.mesh.file = file.parent_path() / options.text("mesh.file");
     scene.material = read_material(root.section("material", true), scene.mesh.element);
@@ -353,6 +393,7 @@ Scene read_scene(const fs::path& file) {
                                                   scene.contact.kinetic_friction, scene.contact.static_friction));
     scene.device_map.left_handed = options.text("device.handedness") == "left";
     scene.device.limits.grab = scene.contact.grab;
+    if (scene.tool) finish_tool(root, file, options, *scene.tool);
     return scene;
 }
 

@@ -13,6 +13,7 @@
 #include "host/base/scene_options.hpp"
 #include "host/scene/device.hpp"
 #include "host/scene/material.hpp"
+#include "host/scene/tool.hpp"
 
 namespace haptable {
 
@@ -146,6 +147,7 @@ struct Scene {
     TableOptions tables;
     std::optional<FreeBody> free_body;    ///< none: [[fixed]] or a bed holds it
     std::optional<BodyModes> body_modes;  ///< none: it follows at once
+    std::optional<Tool> tool;             ///< none: a finger, or two
     SceneOptions options;                 ///< as the file has them; what stands above may have been changed since
 
     /// The material of a region, or of the body (-1).

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// [tool]: the shape of a rigid tool that a hand holds.
+// [tool]: a rigid tool that a hand holds, by its points or by a shape.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <filesystem>
-#include <string>
+#include <optional>
+#include <vector>
 
 namespace haptable {
 
@@ -16,12 +19,24 @@ struct ToolShape {
         kMesh      ///< triangles of a file, in the file's frame
     };
     Kind kind = Kind::kSphere;
-    int points = 12;          ///< 2 to 32
+    int points = 0;           ///< 2 to 32
     double radius_m = 0.0;    ///< of sphere, capsule, disc
     double length_m = 0.0;    ///< of a capsule, between the centres of its ends
     double angle_deg = 60.0;  ///< between -z and the normal of what is sampled, at most; of a disc unused
     std::filesystem::path file{};
     double scale_m = 1.0;  ///< metres per unit of the file
+};
+
+/// Points that touch, held by one hand. What is 0 is not given.
+struct Tool {
+    static constexpr std::size_t kFewest = 2, kMost = 32;  ///< points; HAPTABLE_POINTS
+
+    std::vector<std::array<double, 3>> point_m;  ///< about the handle, in the tool's axes; of a shape as it is sampled
+    std::optional<ToolShape> shape;
+    double max_torque_n_m = 0.0;              ///< of the motors
+    double stiffness_n_per_m = 0.0;           ///< of a virtual coupling between hand and tool
+    double turn_stiffness_n_m_per_rad = 0.0;  ///< the same about the handle
+    int line = 0;                             ///< of [tool] in the scene file, for errors
 };
 
 }  // namespace haptable
