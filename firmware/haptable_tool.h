@@ -86,12 +86,14 @@ struct haptable_tool_point {
 /* The state of a tool, before its points and its system. The hand's servo comes first, as a finger's does. */
 struct haptable_tool_state {
     struct haptable_servo hand;
+    struct haptable_servo tip;   /* with plausible: how far the farthest point has turned, as a finger along x */
     struct haptable_model model; /* the scene's, with the force of the tool and the nearest god-object */
-    float position_m[3];         /* of the handle, of the last tick */
-    float turn[4];
     const struct haptable_tool_model* tool;
-    float force_n[3];                /* -sum f_i, not limited */
-    float moment_n_m[3];             /* -sum (R r_i) x f_i, not limited */
+    float hand_turn[4];  /* of the last tick, believed or not */
+    float position_m[3]; /* of the tool's handle: the hand's, or with a virtual coupling its own */
+    float turn[4];
+    float force_n[3];                /* on the hand, not limited */
+    float moment_n_m[3];             /* the same about the handle */
     float given_n_m[3];              /* the torque of the last tick as it was given */
     float mean_n2;                   /* with mean: of the squared torque as a force, filtered */
     float energy_j;                  /* stored by all points */
@@ -102,7 +104,6 @@ struct haptable_tool_state {
     uint16_t most;                   /* the point that presses most; HAPTABLE_NONE */
     uint16_t sets;                   /* factorisations of the last tick */
     uint16_t most_sets;              /* the most of any tick */
-    uint8_t is_known;                /* 1: position_m and turn are of the last tick */
 };
 
 haptable_init_fn haptable_init_tool;
@@ -116,6 +117,10 @@ haptable_tool_settle_fn haptable_tool_settle;
 /* Writes C of every point that is inside and not known, solves C_TT f_T = u_T, and finds T. Bounded by
  * HAPTABLE_TOOL_SETS factorisations. */
 void haptable_tool_solve(const struct haptable_tool_model* tool, struct haptable_tool_state* state);
+
+/* K = J^T C_TT^-1 J: the stiffness of the points that press, against a motion (d, theta) of the tool, its god-objects
+ * staying; J_i = (1, -[r_i]). Lower half. */
+void haptable_tool_stiffness(const struct haptable_tool_model* tool, struct haptable_tool_state* state, float (*k)[6]);
 
 /* sum_j C_ij f_j: how far the loads move the surface at a point. */
 void haptable_tool_lowered(const struct haptable_tool_model* tool, struct haptable_tool_state* state, uint32_t i,

@@ -50,6 +50,80 @@ static void turn_between(const float from[4], const float to[4], float by[3]) {
     vec_scale(along < 0.0f ? -2.0f : 2.0f, by);
 }
 
+/* to = by after from: a turn by a small vector, rad. */
+static void turn_on(const float by[3], const float from[4], float to[4]) {
+    float half[3], cross[3];
+    vec_zero(half);
+    vec_add_scaled(0.5f, by, half);
+    vec_cross(half, &from[1], cross);
+    to[0] = from[0] - vec_dot(half, &from[1]);
+    for (int i = 0; i < 3; ++i) to[1 + i] = from[1 + i] + from[0] * half[i] + cross[i];
+    const float inverse = vec_inverse_root(turn_length2(to));
+    for (int i = 0; i < 4; ++i) to[i] *= inverse;
+}
+
+/* ---- virtual coupling -------------------------------------------------------------------------------------------- */
+
+/* Solves K x = b of a symmetric positive definite K, by its lower half; x stands in b. */
+static void solve_six(float (*k)[6], float b[6]) {
+    for (int r = 0; r < 6; ++r) {
+        for (int c = 0; c <= r; ++c) {
+            float sum = k[r][c];
+            for (int i = 0; i < c; ++i) sum -= k[r][i] * k[c][i];
+            k[r][c] = c < r ? sum * k[c][c] : vec_inverse_root(sum); /* of the diagonal: its inverse */
+        }
+        for (int c = 0; c < r; ++c) b[r] -= k[r][c] * b[c];
+        b[r] *= k[r][r];
+    }
+    for (int r = 5; r >= 0; --r) {
+        b[r] *= k[r][r];
+        for (int c = 0; c < r; ++c) b[c] -= k[r][c] * b[r];
+    }
+}
+
+/* The tool goes where coupling and contacts balance, its god-objects staying: (K + K_v) delta = K_v (hand - tool) -
+ * load. One that touches nothing is at the hand. */
+static void follow_hand(const struct haptable_tool_model* tool, struct haptable_tool_state* state,
+                        const float hand_m[3], const float turn[4]) {
+    const float stiffness[2] = {tool->stiffness_n_per_m, tool->turn_stiffness_n_m_per_rad};
+    float k[6][6], b[6], way_m[3], by[3], next[4];
+    const struct haptable_tool_point* point = haptable_tool_points(tool, state);
+    if (!(stiffness[0] > 0.0f) || state->most == HAPTABLE_NONE || state->count == 0) {
+        vec_copy(hand_m, state->position_m);
+        for (int i = 0; i < 4; ++i) state->turn[i] = turn[i];
+        return;
+    }
+    vec_sub(hand_m, state->position_m, way_m);
+    turn_between(state->turn, turn, by);
+    for (int i = 0; i < 3; ++i) {
+        b[i] = stiffness[0] * way_m[i];
+        b[3 + i] = stiffness[1] * by[i];
+    }
+    for (uint32_t a = 0; a < state->count; ++a) {
+        const struct haptable_tool_point* at = &point[state->order[a]];
+        float moment[3];
+        vec_cross(at->r_m, at->load_n, moment);
+        vec_sub(&b[0], at->load_n, &b[0]);
+        vec_sub(&b[3], moment, &b[3]);
+    }
+    haptable_tool_stiffness(tool, state, k);
+    for (int i = 0; i < 6; ++i) k[i][i] += stiffness[i / 3];
+    solve_six(k, b);
+    vec_add(state->position_m, &b[0], state->position_m);
+    turn_on(&b[3], state->turn, next);
+    for (int i = 0; i < 4; ++i) state->turn[i] = next[i];
+}
+
+/* The wrench of the coupling in place of the contacts', which it balances at rest. */
+static void couple_wrench(const struct haptable_tool_model* tool, struct haptable_tool_state* state,
+                          const float hand_m[3], const float turn[4]) {
+    if (!(tool->stiffness_n_per_m > 0.0f)) return;
+    vec_sub(state->position_m, hand_m, state->force_n);
+    vec_scale(tool->stiffness_n_per_m, state->force_n);
+    turn_between(turn, state->turn, state->moment_n_m);
+    vec_scale(tool->turn_stiffness_n_m_per_rad, state->moment_n_m);
+}
+
 /* ---- points ------------------------------------------------------------------------------------------------------ */
 
 static void forget_point(struct haptable_tool_point* point) {
@@ -63,31 +137,12 @@ static void forget_point(struct haptable_tool_point* point) {
 static void give_no_wrench(const struct haptable_tool_model* tool, struct haptable_tool_state* state,
                            struct haptable_tool_output* out) {
     for (int i = 0; i < tool->point_count; ++i) forget_point(&haptable_tool_points(tool, state)[i]);
-    state->is_known = 0;
+    state->tip.finger_known = 0;
     state->energy_j = 0.0f;
+    state->most = HAPTABLE_NONE;
+    state->count = 0;
     vec_zero(state->given_n_m);
     vec_zero(out->torque_n_m);
-}
-
-/* 1 where a point is somewhere that the tool cannot have brought it: the fault is the hand's. */
-static int are_refused(const struct haptable_tool_model* tool, struct haptable_tool_state* state,
-                       const struct haptable_tool_input* in, const float turn[4], uint32_t now_us) {
-    struct haptable_servo* hand = &state->hand;
-    int refused = 0;
-    for (int i = 0; i < tool->point_count; ++i) {
-        struct haptable_tool_point* point = &haptable_tool_points(tool, state)[i];
-        struct haptable_servo* servo = &point->servo;
-        const uint32_t elapsed_us = now_us - servo->position_us;
-        float x_m[3];
-        turned(turn, tool->point_m[i], point->r_m);
-        vec_add(in->hand.finger_m, point->r_m, x_m);
-        ++servo->counters.ticks;
-        servo->position_us = now_us;
-        if (is_refused(&state->model, servo, x_m, elapsed_us)) refused = 1;
-        if (servo->faults != 0) haptable_fault(hand, servo->faults);
-        servo->faults = 0;
-    }
-    return refused;
 }
 
 /* A contact's outward direction, length 1. */
@@ -117,12 +172,14 @@ static void see_contact(const struct haptable_tool_model* tool, struct haptable_
     point->is_known = 0;
 }
 
-static void move_points(const struct haptable_tool_model* tool, struct haptable_tool_state* state,
-                        const float position_m[3]) {
+static void move_points(const struct haptable_tool_model* tool, struct haptable_tool_state* state) {
     for (int i = 0; i < tool->point_count; ++i) {
         struct haptable_tool_point* point = &haptable_tool_points(tool, state)[i];
         float x_m[3], motion_m[3];
-        vec_add(position_m, point->r_m, x_m);
+        turned(state->turn, tool->point_m[i], point->r_m);
+        vec_add(state->position_m, point->r_m, x_m);
+        point->servo.position_us = state->hand.position_us;
+        ++point->servo.counters.ticks;
         move(&state->model, &point->servo, x_m, motion_m);
         see_contact(tool, state, point);
         if (point->servo.gain < state->hand.gain) state->hand.gain = point->servo.gain; /* with resume */
@@ -233,18 +290,52 @@ static void raise_gain(struct haptable_tool_state* state) {
     state->hand.gain = vec_clamp01(state->hand.gain + state->model.resume_gain);
 }
 
-/* 1 where the pose is one and is believed, and no fault stands. Otherwise out is written. */
+/* 1 where no hand turns the tool so far in time: the farthest point's way, as a finger's along x and back. */
+static int is_turn_refused(const struct haptable_tool_model* tool, struct haptable_tool_state* state,
+                           const float turn_rad[3], uint32_t now_us) {
+    struct haptable_servo* tip = &state->tip;
+    const float angle2 = vec_length2(turn_rad);
+    const float way_m = tool->reach_m * (angle2 > HAPTABLE_ROOT_LEAST ? angle2 * vec_inverse_root(angle2) : 0.0f);
+    const uint32_t elapsed_us = now_us - tip->position_us;
+    float at_m[3];
+    vec_copy(state->model.grid_origin_m, at_m);
+    at_m[0] = tip->finger_m[0] > at_m[0] ? tip->finger_m[0] - way_m : tip->finger_m[0] + way_m;
+    at_m[1] = tip->finger_m[1];
+    at_m[2] = tip->finger_m[2];
+    tip->position_us = now_us;
+    const int refused = state->model.plausible && !state->model.plausible(&state->model, tip, at_m, elapsed_us);
+    vec_copy(at_m, tip->finger_m);
+    if (refused) ++state->hand.counters.implausible;
+    if (tip->faults != 0) haptable_fault(&state->hand, tip->faults);
+    tip->faults = 0;
+    return refused;
+}
+
+/* 1 where the pose is one and is believed, and no fault stands. Otherwise out is written. turn_rad: since the last
+ * tick, meaningless where that is not known. */
 static int take_pose(const struct haptable_tool_model* tool, struct haptable_tool_state* state,
-                     const struct haptable_tool_input* in, uint32_t now_us, float turn[4],
+                     const struct haptable_tool_input* in, uint32_t now_us, float turn[4], float turn_rad[3],
                      struct haptable_tool_output* out) {
     struct haptable_servo* hand = &state->hand;
     float position_m[3];
+    int refused = 0;
     vec_copy(in->hand.finger_m, position_m);
-    if (!take_turn(in->turn, turn)) vec_no_number(position_m);
+    if (take_turn(in->turn, turn)) {
+        turn_between(state->hand_turn, turn, turn_rad);
+        refused = is_turn_refused(tool, state, turn_rad, now_us);
+        for (int i = 0; i < 4; ++i) state->hand_turn[i] = turn[i];
+    } else {
+        vec_no_number(position_m);
+    }
     if (!begin_tick(&state->model, hand, position_m, now_us, &out->hand)) return 0;
-    if (!are_refused(tool, state, in, turn, now_us)) return 1;
+    if (!refused) return 1;
     give_nothing(hand, hand->faults == 0 ? HAPTABLE_REJECTED : HAPTABLE_FAULTED, &out->hand);
     return 0;
+}
+
+static void put_pose(const struct haptable_tool_state* state, struct haptable_tool_output* out) {
+    vec_copy(state->position_m, out->position_m);
+    for (int i = 0; i < 4; ++i) out->turn[i] = state->turn[i];
 }
 
 void haptable_step_tool(const struct haptable_scene* scene, void* of, const struct haptable_input first[],
@@ -254,35 +345,33 @@ void haptable_step_tool(const struct haptable_scene* scene, void* of, const stru
     struct haptable_tool_output* out = (struct haptable_tool_output*)first_out;
     struct haptable_tool_state* state = state_of(of);
     struct haptable_servo* hand = &state->hand;
-    float turn[4];
+    float turn[4], turn_rad[3];
     float motion_m[3] = {0.0f, 0.0f, 0.0f};
-    float turn_rad[3] = {0.0f, 0.0f, 0.0f};
     haptable_scene_begin(scene, of, first, now_us, first_out);
     if (!hand->finger_known) give_no_wrench(tool, state, out);
-    vec_copy(in->hand.finger_m, out->position_m);
-    for (int i = 0; i < 4; ++i) out->turn[i] = in->turn[i];
-    if (!in->hand.is_there || !take_pose(tool, state, in, now_us, turn, out)) {
+    if (!in->hand.is_there || !take_pose(tool, state, in, now_us, turn, turn_rad, out)) {
         give_no_wrench(tool, state, out);
+        put_pose(state, out);
         return;
     }
-    if (state->is_known) {
-        vec_sub(in->hand.finger_m, state->position_m, motion_m);
-        turn_between(state->turn, turn, turn_rad);
-    }
-    vec_copy(in->hand.finger_m, state->position_m);
-    for (int i = 0; i < 4; ++i) state->turn[i] = turn[i];
-    state->is_known = 1;
+    if (hand->finger_known)
+        vec_sub(in->hand.finger_m, hand->finger_m, motion_m);
+    else
+        vec_zero(turn_rad);
     vec_copy(in->hand.finger_m, hand->finger_m);
-    hand->finger_known = 1;
+    hand->finger_known = state->tip.finger_known = 1;
+    follow_hand(tool, state, in->hand.finger_m, turn);
     state->sets = 0;
     raise_gain(state);
-    move_points(tool, state, in->hand.finger_m);
+    move_points(tool, state);
     haptable_tool_solve(tool, state);
     if (tool->settle) tool->settle(tool, state);
     if (state->sets > state->most_sets) state->most_sets = state->sets;
     put_wrench(tool, state);
+    couple_wrench(tool, state, in->hand.finger_m, turn);
     if (state->model.passivity) observe(tool, state, motion_m, turn_rad);
     put_torque(tool, state, motion_m, out);
+    put_pose(state, out);
 }
 
 unsigned haptable_tool_watch(const struct haptable_scene* scene, void* state, uint32_t now_us,
@@ -296,7 +385,11 @@ void haptable_init_tool(const struct haptable_scene* scene, void* of) {
     const struct haptable_tool_model* tool = tool_of(scene);
     struct haptable_tool_state* state = state_of(of);
     haptable_servo_begin(&state->hand);
+    haptable_servo_begin(&state->tip);
+    vec_copy(scene->model->grid_origin_m, state->tip.finger_m);
     state->tool = tool;
+    state->hand_turn[0] = state->turn[0] = 1.0f;
+    state->most = HAPTABLE_NONE;
     state->model = *scene->model;
     state->model.god_object = haptable_god_object_nearest;
     state->model.force = haptable_tool_force;

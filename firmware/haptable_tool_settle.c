@@ -15,6 +15,9 @@
 /* Points that would move by less rest: this part of tolerance_m. */
 #define REST 0.25f
 
+/* A fall of E below this part of it is rounding. */
+#define LEAST_FALL 1e-7f
+
 /* -dE/db of a point by its alpha_1 and alpha_2: e_b . f_i + f_i . (1/2 C_ii,b f_i + sum_j C_ij,b f_j). */
 static void fall_of(const struct haptable_tool_model* tool, const struct haptable_tool_point point[], uint32_t i,
                     float fall_j[2]) {
@@ -77,32 +80,55 @@ static void excess_of(const struct haptable_tool_model* tool, const struct hapta
         vec_scale(1.0f + model->kinetic_friction * along * vec_inverse_root(tangent2), excess_n);
 }
 
-/* How far each point would go; 1 where one goes farther than it may rest. */
-static int foresee(const struct haptable_tool_model* tool, struct haptable_tool_state* state, float (*way_m)[3]) {
+/* To where the surface would meet a point that is out of T, from where its god-object is. */
+static void way_out(const struct haptable_tool_model* tool, struct haptable_tool_state* state, uint32_t i,
+                    float way_m[3]) {
+    const struct haptable_tool_point* point = &haptable_tool_points(tool, state)[i];
+    float lowered_m[3];
+    haptable_tool_lowered(tool, state, i, lowered_m);
+    vec_sub(point->servo.finger_m, lowered_m, way_m);
+    vec_sub(way_m, point->at.god_object_m, way_m);
+}
+
+enum going { NONE_GOES, NONE_THAT_PRESSES_GOES, SOME_GO };
+
+/* How far each point would go, and whether one goes farther than it may rest. */
+static enum going foresee(const struct haptable_tool_model* tool, struct haptable_tool_state* state,
+                          float (*way_m)[3]) {
     struct haptable_tool_point* point = haptable_tool_points(tool, state);
     float load_n[HAPTABLE_POINTS][3], excess_n[HAPTABLE_POINTS][3];
     const float rest_m = REST * tool->pair->model->tolerance_m;
-    int goes = 0;
-    for (uint32_t i = 0; i < tool->point_count; ++i) {
-        vec_zero(excess_n[i]);
-        vec_copy(point[i].load_n, load_n[i]);
-        if (point[i].presses) excess_of(tool, point, i, excess_n[i]);
-    }
+    float fall_j = 0.0f;
+    enum going goes = NONE_GOES;
     for (uint32_t i = 0; i < tool->point_count; ++i) {
         vec_zero(way_m[i]);
+        vec_zero(excess_n[i]);
+        if (!point[i].is_inside) continue;
+        if (point[i].presses)
+            excess_of(tool, point, i, excess_n[i]);
+        else
+            way_out(tool, state, i, way_m[i]);
+    }
+    for (uint32_t i = 0; i < tool->point_count; ++i) {
+        vec_copy(point[i].load_n, load_n[i]);
+        vec_copy(excess_n[i], point[i].load_n);
+    }
+    for (uint32_t i = 0; i < tool->point_count; ++i) {
+        float with_m[3]; /* as far as the surface goes with those that slide */
         if (!point[i].is_inside) continue;
         if (point[i].presses && !(vec_length2(excess_n[i]) > 0.0f)) continue; /* it holds the surface */
-        for (uint32_t j = 0; j < tool->point_count; ++j) vec_copy(excess_n[j], point[j].load_n);
-        haptable_tool_lowered(tool, state, i, way_m[i]);
-        for (uint32_t j = 0; j < tool->point_count; ++j) vec_copy(load_n[j], point[j].load_n);
-        if (!point[i].presses) { /* to where the surface would meet it */
-            float at_m[3];
-            haptable_tool_lowered(tool, state, i, at_m);
-            vec_sub(point[i].servo.finger_m, at_m, at_m);
-            vec_sub(at_m, point[i].at.god_object_m, at_m);
-            vec_add(way_m[i], at_m, way_m[i]);
-        }
-        if (vec_length2(way_m[i]) > rest_m * rest_m) goes = 1;
+        haptable_tool_lowered(tool, state, i, with_m);
+        vec_add(way_m[i], with_m, way_m[i]);
+        if (point[i].presses) fall_j += 0.5f * vec_dot(way_m[i], excess_n[i]);
+    }
+    for (uint32_t i = 0; i < tool->point_count; ++i) {
+        vec_copy(load_n[i], point[i].load_n);
+        if (point[i].presses && !(fall_j > LEAST_FALL * state->energy_j)) vec_zero(way_m[i]);
+        if (!(vec_length2(way_m[i]) > rest_m * rest_m)) continue;
+        if (point[i].presses)
+            goes = SOME_GO;
+        else if (goes == NONE_GOES)
+            goes = NONE_THAT_PRESSES_GOES;
     }
     return goes;
 }
@@ -127,14 +153,17 @@ void haptable_tool_settle(const struct haptable_tool_model* tool, struct haptabl
     struct haptable_tool_point* point = haptable_tool_points(tool, state);
     struct haptable_contact from[HAPTABLE_POINTS];
     float way_m[HAPTABLE_POINTS][3];
-    const float before_j = state->energy_j;
     float part = 1.0f;
-    if (!foresee(tool, state, way_m)) return;
+    const enum going goes = foresee(tool, state, way_m);
+    if (goes == NONE_GOES) return;
     for (uint32_t i = 0; i < tool->point_count; ++i) from[i] = point[i].at;
-    for (int trial = 0; trial < HAPTABLE_TOOL_TRIALS; ++trial) {
+    /* E is of those that press: without them it stays, to rounding. */
+    const int trials = goes == SOME_GO ? HAPTABLE_TOOL_TRIALS : 1;
+    const float most_j = goes == SOME_GO ? state->energy_j : (1.0f + LEAST_FALL) * state->energy_j;
+    for (int trial = 0; trial < trials; ++trial) {
         go(tool, state, from, (const float(*)[3])way_m, part);
         haptable_tool_solve(tool, state);
-        if (state->energy_j <= before_j) return;
+        if (state->energy_j <= most_j) return;
         part *= 0.5f;
     }
     go(tool, state, from, (const float(*)[3])way_m, 0.0f);

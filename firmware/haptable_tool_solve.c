@@ -135,6 +135,27 @@ static void solve(const struct system* in, uint32_t rows, float x[]) {
     }
 }
 
+void haptable_tool_stiffness(const struct haptable_tool_model* tool, struct haptable_tool_state* state, float (*k)[6]) {
+    const struct system in = system_of(tool, state);
+    const struct haptable_tool_point* point = haptable_tool_points(tool, state);
+    const uint32_t rows = 3u * state->count;
+    float w[6][3 * HAPTABLE_POINTS]; /* L^-1 J by columns */
+    for (uint32_t c = 0; c < 6u; ++c)
+        for (uint32_t a = 0; a < state->count; ++a) {
+            float axis[3] = {0.0f, 0.0f, 0.0f};
+            axis[c % 3u] = 1.0f;
+            if (c < 3u)
+                vec_copy(axis, &w[c][3u * a]);
+            else
+                vec_cross(axis, point[state->order[a]].r_m, &w[c][3u * a]);
+        }
+    for (uint32_t c = 0; c < 6u; ++c) {
+        for (uint32_t r = 0; r < rows; ++r)
+            w[c][r] = (w[c][r] - product_of(&in.a[r * in.width], w[c], r)) * in.inverse[r];
+        for (uint32_t other = 0; other <= c; ++other) k[c][other] = product_of(w[c], w[other], rows);
+    }
+}
+
 /* ---- who touches ------------------------------------------------------------------------------------------------- */
 
 /* u, from where the surface was when the contact began. */

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <vector>
@@ -13,6 +14,8 @@
 #include "codegen/in_memory.hpp"
 #include "codegen/pair.hpp"
 #include "firmware/haptable_tool.h"
+#include "host/strokes/solid.hpp"
+#include "host/strokes/stroke.hpp"
 #include "tests/bodies.hpp"
 #include "tests/dense.hpp"
 #include "tests/finger.hpp"
@@ -36,6 +39,7 @@ struct ToolOptions {
     bool passivity = false;
     double max_force_n = 1e6;
     double max_torque_n_m = 1e6;
+    double stiffness_n_per_m = 0.0, turn_stiffness_n_m_per_rad = 0.0;  ///< of a virtual coupling
     SafetyLimits limits{};
 };
 
@@ -58,6 +62,8 @@ public:
         tool_.point_m = reinterpret_cast<const float(*)[3]>(points_.data());
         tool_.point_count = static_cast<std::uint16_t>(points_.size());
         tool_.max_torque_n_m = static_cast<float>(options.max_torque_n_m);
+        tool_.stiffness_n_per_m = static_cast<float>(options.stiffness_n_per_m);
+        tool_.turn_stiffness_n_m_per_rad = static_cast<float>(options.turn_stiffness_n_m_per_rad);
         for (const auto& r : points_) tool_.reach_m = std::max(tool_.reach_m, float(to_vector(r.data()).norm()));
         haptable_tool_lay_out(&tool_);
         haptable_tool_scene_make(&model_, &tool_, &scene_);
@@ -198,7 +204,7 @@ TEST(Tool, LoadsAreThoseOfDirectSolvesOfAllPointsThatPress) {
                 EXPECT_TRUE(pulls) << trial << " " << i;
             }
         }
-        std::printf("worst %g most %d\n", worst, most);
+        RecordProperty(std::string("worst, ") + word(force), std::to_string(1e6 * worst) + "e-6");
         EXPECT_LT(worst, 1e-5) << force;
         EXPECT_GE(most, 6);
     }
@@ -258,16 +264,378 @@ TEST(Tool, ClosedLoopsOfThePoseGainNothingWithLeastEnergy) {
                     return std::pair(p, Quaterniond(Eigen::AngleAxisd(angle, way / std::max(angle, 1e-12))));
                 };
                 const Loop loop = go_around(tool, 2000, pose);
-                if (trial < 4)
-                    std::printf("  loop %g of %g J: %g, %zu points, sets %d\n", loop.gained_j, loop.stored_j,
-                                loop.share, loop.pressing, loop.sets);
                 if (loop.share > worst.share) worst = loop;
             }
-            std::printf("god %d force %d worst %g\n", int(god_object), int(force), worst.share);
+            RecordProperty(std::string("worst, ") + word(force) + ", " + word(god_object), std::to_string(worst.share));
             if (god_object == GodObject::kLeastEnergy) {
                 EXPECT_LT(worst.share, 1e-3) << force;
             }
         }
+}
+
+/// A point's load on the body, N, and where it acts about the handle, m.
+Vector3d load_of(const Tool& tool, std::size_t i) { return to_vector(tool.point(i).load_n); }
+Vector3d arm_of(const Tool& tool, std::size_t i) { return to_vector(tool.point(i).r_m); }
+
+Quaterniond turn_by(const Vector3d& way) {
+    return Quaterniond(
+        Eigen::AngleAxisd(way.norm(), way.norm() > 0.0 ? Vector3d(way.normalized()) : Vector3d::UnitX()));
+}
+
+/// Presses the cube's top, tick by tick.
+void press(Tool& tool, const Vector3d& to, const Quaterniond& q, int ticks = 50) {
+    for (int tick = 0; tick <= ticks; ++tick) tool.to(to + Vector3d(0, 0, 2e-4 * (ticks - tick)), q);
+}
+
+TEST(Tool, TheWrenchIsThatOfThePointsAndDoesNotAskForTheirOrder) {
+    const Points points = grid(3, 0.005);
+    Points other(points.rbegin(), points.rend());
+    Tool tool(cube(ForceLaw::kPressureMask), points), swapped(cube(ForceLaw::kPressureMask), other);
+    const Vector3d p(0.016, 0.014, 0.0285);
+    const Quaterniond q = turn_by({0.06, -0.04, 0.3});
+    press(tool, p, q);
+    press(swapped, p, q);
+    Vector3d force = Vector3d::Zero(), torque = Vector3d::Zero();
+    for (std::size_t i = 0; i < tool.count(); ++i) {
+        force -= load_of(tool, i);
+        torque -= arm_of(tool, i).cross(load_of(tool, i));
+    }
+    ASSERT_GE(tool.pressing(), 3U);
+    const double size = tool.force().norm(), reach = double(tool.model().reach_m);
+    EXPECT_WITHIN((tool.force() - force).norm(), .count = 16, .epsilon = kFloat, .size = size);
+    EXPECT_WITHIN((tool.torque() - torque).norm(), .count = 16, .epsilon = kFloat, .size = size * reach);
+    // The same system in another order: what C's condition leaves of a float's rounding.
+    EXPECT_WITHIN((tool.force() - swapped.force()).norm(), .count = 64, .epsilon = kFloat, .condition = 100,
+                  .size = size);
+    EXPECT_WITHIN((tool.torque() - swapped.torque()).norm(), .count = 64, .epsilon = kFloat, .condition = 100,
+                  .size = size * reach);
+}
+
+TEST(Tool, ATurnedToolIsOneWhosePointsAreTurned) {
+    const Quaterniond q = turn_by({0.05, 0.03, 0.7});
+    Points turned;
+    for (const auto& r : grid(3, 0.005)) {
+        const Vector3d at = q * to_vector(r.data());
+        turned.push_back({float(at[0]), float(at[1]), float(at[2])});
+    }
+    Tool tool(cube(ForceLaw::kConsistent), grid(3, 0.005)), other(cube(ForceLaw::kConsistent), turned);
+    const Vector3d p(0.015, 0.015, 0.0285);
+    press(tool, p, q);
+    press(other, p, Quaterniond::Identity());
+    ASSERT_GE(tool.pressing(), 4U);
+    // Points are where they are to a float's rounding of the body's size, over a depth of a millimetre.
+    const double apart = 16 * kFloat * cube(ForceLaw::kConsistent).size() / 1e-3;
+    EXPECT_LT((tool.force() - other.force()).norm(), 100 * apart * tool.force().norm());
+    EXPECT_LT((tool.torque() - other.torque()).norm(),
+              100 * apart * tool.force().norm() * double(tool.model().reach_m));
+}
+
+TEST(Tool, OfTwoPointsOneAloneIsAFinger) {
+    for (const ForceLaw force : {ForceLaw::kConsistent, ForceLaw::kPressureMask}) {
+        const ElasticBody& body = cube(force);
+        Tool tool(body, {{0.0F, 0.0F, 0.0F}, {0.0F, 0.0F, 0.02F}});
+        Finger finger(body.model());
+        for (int tick = 0; tick < 300; ++tick) {
+            const Vector3d x(0.012 + 1e-5 * tick, 0.014, 0.031 - 1e-5 * tick);
+            tool.to(x);
+            finger.to(x);
+            ASSERT_EQ(tool.point(0).servo.contact.patch, finger.servo().contact.patch) << tick;
+            const double depth_m = std::max(1e-7, (finger.at() - finger.god()).norm());
+            EXPECT_WITHIN((tool.force() - finger.force()).norm(), .count = 32,
+                          .epsilon = kFloat * (1.0 + body.size() / depth_m), .condition = 10,
+                          .size = finger.force().norm());
+            EXPECT_WITHIN(tool.torque().norm(), .size = 0.0);  // the point is at the handle
+        }
+        EXPECT_EQ(tool.pressing(), 1U);
+    }
+}
+
+TEST(Tool, FrictionHoldsEachPointWithinItsConeAndLosesEnergy) {
+    const double mu = 0.4;
+    Tool tool(cube(ForceLaw::kPressureMask), grid(2, 0.008), {.god_object = GodObject::kLeastEnergy, .friction = mu});
+    Tool free(cube(ForceLaw::kPressureMask), grid(2, 0.008), {.god_object = GodObject::kLeastEnergy});
+    const Vector3d p(0.013, 0.015, 0.0285);
+    press(tool, p, Quaterniond::Identity());
+    press(free, p, Quaterniond::Identity());
+    const double along0 = free.force().x();
+    // Held: a small way aside is answered elastically, against it.
+    for (int tick = 1; tick <= 20; ++tick) tool.to(p + Vector3d(5e-6 * tick, 0, 0), Quaterniond::Identity());
+    EXPECT_LT(tool.force().x(), along0 - 1e-3);
+    // Slipping: every point's load lies in its cone.
+    double most = 0.0;
+    for (int tick = 1; tick <= 400; ++tick) {
+        tool.to(p + Vector3d(1e-4 + 1e-5 * tick, 0, 0), Quaterniond::Identity());
+        if (tick < 200) continue;
+        for (std::size_t i = 0; i < tool.count(); ++i) {
+            if (!tool.point(i).presses) continue;
+            const Vector3d n = to_vector(tool.point(i).normal), f = load_of(tool, i);
+            const double along = -f.dot(n);
+            most = std::max(most, (f + along * n).norm() / along);
+        }
+    }
+    EXPECT_LT(most, mu * 1.1);
+    EXPECT_GT(most, mu * 0.5);
+    const auto pose = [&](double t) {
+        const double slide = std::clamp((t - 0.25) / 0.5, 0.0, 1.0);
+        const double down = std::clamp(t / 0.25, 0.0, 1.0) - std::clamp((t - 0.75) / 0.25, 0.0, 1.0);
+        return std::pair(Vector3d(0.015 + 0.004 * std::sin(2 * M_PI * slide), 0.015, 0.031 - 0.003 * down),
+                         Quaterniond::Identity());
+    };
+    tool.begin();
+    EXPECT_LT(go_around(tool, 2000, pose).share, -0.1);
+}
+
+TEST(Tool, WhatIsNoPoseGivesNoWrench) {
+    Tool tool(cube(ForceLaw::kConsistent), grid(3, 0.005));
+    const Vector3d p(0.016, 0.014, 0.0285);
+    const auto gives_nothing = [&](int state) {
+        EXPECT_EQ(tool.out.hand.state, state);
+        EXPECT_EQ(tool.force().norm(), 0.0);
+        EXPECT_EQ(tool.torque().norm(), 0.0);
+        EXPECT_EQ(tool.pressing(), 0U);
+    };
+    const float not_a_number = std::numeric_limits<float>::quiet_NaN();
+    for (const auto& [position, turn] : {std::pair<float, std::array<float, 4>>{not_a_number, {1, 0, 0, 0}},
+                                         {0.0285F, {not_a_number, 0, 0, 0}},
+                                         {0.0285F, {0, 0, 0, 0}},
+                                         {0.0285F, {2, 0, 0, 0}},
+                                         {0.0285F, {1, not_a_number, 0, 0}}}) {
+        press(tool, p, Quaterniond::Identity());
+        ASSERT_GT(tool.force().norm(), 0.0);
+        haptable_tool_input in{};
+        in.hand.is_there = 1;
+        in.hand.finger_m[0] = 0.016F, in.hand.finger_m[1] = 0.014F, in.hand.finger_m[2] = position;
+        std::copy(turn.begin(), turn.end(), in.turn);
+        tool.to(in);
+        gives_nothing(HAPTABLE_REJECTED);
+    }
+    press(tool, p, Quaterniond::Identity());
+    ASSERT_GT(tool.torque().norm(), 0.0);
+    EXPECT_EQ(haptable_tool_watch(&tool.scene(), &tool.room(), tool.time_us() + HAPTABLE_SILENCE_US, &tool.out), 1U);
+    EXPECT_EQ(tool.torque().norm(), 0.0);
+    EXPECT_EQ(tool.force().norm(), 0.0);
+    // A hand that went silent comes back inside: no contact before it has been outside.
+    tool.time_us() += 2 * HAPTABLE_SILENCE_US;
+    tool.to(p);
+    EXPECT_EQ(tool.force().norm(), 0.0);
+    haptable_tool_input gone{};
+    tool.to(gone);
+    gives_nothing(HAPTABLE_SILENT);
+}
+
+TEST(Tool, ATurnThatNoHandMakesIsNotBelieved) {
+    Tool tool(cube(ForceLaw::kConsistent), grid(3, 0.005), {.limits = {.max_speed_m_s = 1.0}});
+    const Vector3d p(0.016, 0.014, 0.0285);
+    press(tool, p, Quaterniond::Identity());
+    ASSERT_GT(tool.force().norm(), 0.0);
+    tool.to(p, turn_by({0, 0, 1.0}));  // 5 mm at the farthest points, in a tick
+    EXPECT_EQ(tool.out.hand.state, HAPTABLE_REJECTED);
+    EXPECT_EQ(tool.torque().norm(), 0.0);
+    for (int again = 0; again < 4; ++again) tool.to(p, turn_by({0, 0, again % 2 == 0 ? 0.0 : 1.0}));
+    EXPECT_EQ(tool.out.hand.state, HAPTABLE_FAULTED);
+    EXPECT_EQ(tool.out.hand.faults, HAPTABLE_FAULT_POSITIONS);
+}
+
+TEST(Tool, ForceAndTorqueKeepTheirLimits) {
+    const double max_force_n = 0.05, max_torque_n_m = 1e-4, rate = 5.0;
+    Tool tool(
+        cube(ForceLaw::kConsistent), grid(3, 0.005),
+        {.max_force_n = max_force_n, .max_torque_n_m = max_torque_n_m, .limits = {.max_force_rate_n_per_s = rate}});
+    Vector3d f0 = Vector3d::Zero(), m0 = Vector3d::Zero();
+    double most_n = 0.0, most_n_m = 0.0;
+    for (int tick = 0; tick < 400; ++tick) {
+        tool.to({0.018, 0.013, 0.0305 - 1e-4 * tick * (tick < 30)}, turn_by({0.1, 0, 0}));
+        const Vector3d f = tool.force(), m = tool.torque();
+        const double step = 1.001 * 1e-3 * rate, per_m = max_force_n / max_torque_n_m;
+        if (f.norm() > f0.norm()) {
+            EXPECT_LE((f - f0).norm(), step) << tick;
+        }
+        if (m.norm() > m0.norm()) {
+            EXPECT_LE(per_m * (m - m0).norm(), step) << tick;
+        }
+        most_n = std::max(most_n, f.norm()), most_n_m = std::max(most_n_m, m.norm());
+        f0 = f, m0 = m;
+    }
+    EXPECT_LE(most_n, max_force_n * (1 + 4 * kFloat));
+    EXPECT_LE(most_n_m, max_torque_n_m * (1 + 4 * kFloat));
+    EXPECT_GT(most_n, 0.0);
+    EXPECT_GT(most_n_m, 0.0);
+}
+
+TEST(Tool, PassivityTakesBackWhatTheNearestGodObjectGives) {
+    double plain = 0.0, braked = 0.0;
+    for (const bool passivity : {false, true}) {
+        Tool tool(cube(ForceLaw::kPressureMask), grid(3, 0.005), {.passivity = passivity});
+        const auto pose = [&](double t) {
+            const double slide = std::clamp((t - 0.25) / 0.5, 0.0, 1.0);
+            const double down = std::clamp(t / 0.25, 0.0, 1.0) - std::clamp((t - 0.75) / 0.25, 0.0, 1.0);
+            return std::pair(
+                Vector3d(0.015 + 0.004 * (2 * slide - 1), 0.015 + 0.004 * (1 - 2 * slide), 0.031 - 0.004 * down),
+                turn_by({0.2 * std::sin(M_PI * slide), 0.1 * std::sin(M_PI * slide), 0.4 * slide * down}));
+        };
+        // Both ways around: one of them gains.
+        for (const bool back : {false, true}) {
+            tool.begin();
+            const Loop loop = go_around(tool, 2000, [&](double t) { return pose(back ? 1.0 - t : t); });
+            double& worst = passivity ? braked : plain;
+            worst = std::max(worst, loop.share);
+        }
+    }
+    EXPECT_GT(plain, 0.01);
+    EXPECT_LT(braked, 0.3 * plain);
+}
+
+TEST(Tool, AVirtualCouplingIsASpringBetweenHandAndTool) {
+    const double k = 200.0, turn_k = 0.01;
+    for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+        Tool tool(cube(ForceLaw::kPressureMask), grid(3, 0.005),
+                  {.god_object = god_object, .stiffness_n_per_m = k, .turn_stiffness_n_m_per_rad = turn_k});
+        const Vector3d p(0.017, 0.013, 0.0285);
+        const Quaterniond q = turn_by({0.1, 0.05, 0.2});
+        press(tool, p, q);
+        for (int tick = 0; tick < 300; ++tick) tool.to(p, q);
+        Vector3d force = Vector3d::Zero(), torque = Vector3d::Zero();
+        for (std::size_t i = 0; i < tool.count(); ++i) {
+            force -= load_of(tool, i);
+            torque -= arm_of(tool, i).cross(load_of(tool, i));
+        }
+        ASSERT_GE(tool.pressing(), 3U);
+        const Vector3d at = to_vector(tool.out.position_m);
+        // Its wrench is the spring's, and at rest the contacts'.
+        EXPECT_WITHIN((tool.force() - k * (at - p)).norm(), .count = 4,
+                      .epsilon = kFloat * cube(ForceLaw::kPressureMask).size() * k / tool.force().norm(),
+                      .size = tool.force().norm());
+        EXPECT_GT(at.z(), p.z() + 1e-4);
+        EXPECT_LT((tool.force() - force).norm(), 1e-3 * force.norm()) << god_object;
+        EXPECT_LT((tool.torque() - torque).norm(), 1e-3 * force.norm() * double(tool.model().reach_m)) << god_object;
+        // Far from the body the tool is where the hand is.
+        tool.to({0.1, 0.1, 0.1}, q);
+        tool.to({0.1, 0.1, 0.1}, q);
+        EXPECT_EQ(to_vector(tool.out.position_m), Vector3d(double(0.1F), double(0.1F), double(0.1F)));
+        EXPECT_EQ(tool.force().norm(), 0.0);
+    }
+    // A loop of the hand's pose gains nothing: the tool goes where less is stored.
+    Tool tool(cube(ForceLaw::kPressureMask), grid(3, 0.005),
+              {.god_object = GodObject::kLeastEnergy, .stiffness_n_per_m = k, .turn_stiffness_n_m_per_rad = turn_k});
+    const Loop loop = go_around(tool, 2000, [&](double t) {
+        const double slide = std::clamp((t - 0.25) / 0.5, 0.0, 1.0);
+        const double down = std::clamp(t / 0.25, 0.0, 1.0) - std::clamp((t - 0.75) / 0.25, 0.0, 1.0);
+        return std::pair(Vector3d(0.015 + 0.004 * (2 * slide - 1), 0.015, 0.031 - 0.004 * down),
+                         turn_by({0.2 * std::sin(M_PI * slide), 0.1 * std::sin(M_PI * slide), 0.4 * slide}));
+    });
+    EXPECT_LT(loop.share, 1e-3);
+    EXPECT_GE(loop.pressing, 3U);
+}
+
+/// What the points of a tool's random strokes broke.
+struct ToolTally {
+    int strokes = 0, lost = 0, outside = 0, pulls = 0, bad = 0, through = 0, passed = 0;
+    std::size_t pressing_ticks = 0, ticks = 0, limits = 0;
+    int most_pressing = 0, most_sets = 0;
+};
+
+/// One point of a tool as geometry sees it: docs/STROKES.md has the properties and their tolerances.
+class JudgedPoint {
+public:
+    explicit JudgedPoint(const Solid& solid) : solid_(solid), where_(solid) {}
+    void check(const haptable_tool_point& point, ToolTally& tally) {
+        const Vector3d x = to_vector(point.servo.finger_m);
+        const haptable_counters& c = point.servo.counters;
+        const std::uint32_t limits = c.walk_limits + c.slide_limits + c.box_limits;
+        const bool had_limit = limits != limits_, inside = where_.is_inside(x);
+        const bool clear = where_.is_beyond(x, 1e-5 * solid_.size_m());
+        limits_ = limits;
+        wait_ = had_limit ? HAPTABLE_UNDECIDED_TICKS + HAPTABLE_FADE_TICKS : std::max(0, wait_ - 1);
+        if (point.is_inside) {
+            const Vector3d god = to_vector(point.servo.contact.god_object_m), line = x - god;
+            const double left_out = std::min(0.5, 1e-6 * solid_.size_m() / std::max(line.norm(), 1e-30));
+            if (!inside && clear && wait_ == 0 && solid_.sees(x, god + left_out * line)) ++tally.outside;
+            deep_ = 0;
+            came_ = true;
+        } else {
+            const bool free = !inside && clear;
+            if (was_free_ && free && !solid_.sees(before_, x)) ++tally.passed;
+            came_ = came_ || free;
+            was_free_ = free;
+            deep_ = inside && came_ && where_.is_beyond(x, 0.01 * solid_.size_m()) ? deep_ + 1 : 0;
+            if (deep_ > 2 && wait_ == 0) ++tally.lost;
+        }
+        if (point.is_inside) was_free_ = false;
+        const Vector3d load = to_vector(point.load_n);
+        if (!load.allFinite()) ++tally.bad;
+        if (point.presses && load.dot(to_vector(point.normal)) > 0.0) ++tally.pulls;
+        if (!point.is_inside && load.norm() != 0.0) ++tally.bad;
+        before_ = x;
+    }
+
+private:
+    const Solid& solid_;
+    Whereabouts where_;
+    Vector3d before_ = Vector3d::Zero();
+    std::uint32_t limits_ = 0;
+    int wait_ = 0, deep_ = 0;
+    bool came_ = false, was_free_ = false;
+};
+
+/// Strokes of the handle as a finger's, while the tool turns as it likes.
+void stroke(const ElasticBody& body, const Solid& solid, GodObject god_object, double friction, std::uint64_t first,
+            int count, ToolTally& tally) {
+    const double size = body.size();
+    const StrokeMaker maker(body.servo());
+    for (std::uint64_t number = first; number < first + std::uint64_t(count); ++number) {
+        std::mt19937_64 random(number);
+        std::uniform_real_distribution<double> any(-1.0, 1.0);
+        Points points(2 + random() % 8);
+        for (auto& r : points)
+            for (float& c : r) c = float(0.08 * size * any(random));
+        Tool tool(body, points, {.god_object = god_object, .friction = friction});
+        std::vector<JudgedPoint> judged(points.size(), JudgedPoint(solid));
+        const Vector3d a(any(random), any(random), any(random)), b(any(random), any(random), any(random));
+        const double w = 0.02 * any(random);
+        int tick = 0;
+        for (const auto& at : maker.make(17, number, 1)) {
+            const double t = double(tick++);
+            tool.to(Vector3d(double(at[0][0]), double(at[0][1]), double(at[0][2])),
+                    turn_by(2.0 * a * std::sin(w * t) + b * std::cos(0.3 * w * t)));
+            for (std::size_t i = 0; i < points.size(); ++i) judged[i].check(tool.point(i), tally);
+            if (!(tool.force().allFinite() && tool.torque().allFinite())) ++tally.bad;
+            tally.most_pressing = std::max(tally.most_pressing, int(tool.pressing()));
+            tally.pressing_ticks += tool.pressing() > 0;
+            ++tally.ticks;
+        }
+        tally.most_sets = std::max(tally.most_sets, int(tool.state().most_sets));
+        ++tally.strokes;
+    }
+}
+
+/// So many strokes; HAPTABLE_TOOL_STROKES=100000: as many as docs/TOOL.md says.
+TEST(Tool, RandomStrokesLoseNoPointAndPassThroughNone) {
+    const char* text = std::getenv("HAPTABLE_TOOL_STROKES");
+    const int count = text == nullptr ? 180 : std::atoi(text);
+    const ElasticBody mouse(for_two(mouse_scene(), 2'000'000), ForceLaw::kConsistent);  // its coupling in clusters
+    ToolTally tally;
+    std::uint64_t number = 0;
+    for (const ElasticBody* body : {&cube(ForceLaw::kPressureMask), &cube(ForceLaw::kConsistent), &mouse}) {
+        const Solid solid(body->servo().vertex_m, body->servo().patch);
+        for (const auto& [god_object, friction] :
+             {std::pair{GodObject::kNearest, 0.0}, {GodObject::kLeastEnergy, 0.0}, {GodObject::kLeastEnergy, 0.4}}) {
+            stroke(*body, solid, god_object, friction, number, count / 9, tally);
+            number += std::uint64_t(count / 9);
+        }
+    }
+    RecordProperty("strokes", tally.strokes);
+    RecordProperty("ticks", std::to_string(tally.ticks));
+    RecordProperty("pressing_ticks", std::to_string(tally.pressing_ticks));
+    RecordProperty("passed", tally.passed);
+    RecordProperty("most_pressing", tally.most_pressing);
+    RecordProperty("most_sets", tally.most_sets);
+    EXPECT_EQ(tally.lost, 0);
+    EXPECT_EQ(tally.outside, 0);
+    EXPECT_EQ(tally.pulls, 0);
+    EXPECT_EQ(tally.bad, 0);
+    EXPECT_GT(tally.pressing_ticks, tally.ticks / 10);
+    EXPECT_GE(tally.most_pressing, 4);
+    EXPECT_LE(tally.most_sets, (HAPTABLE_TOOL_TRIALS + 2) * HAPTABLE_TOOL_SETS);
 }
 
 }  // namespace
