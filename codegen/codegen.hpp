@@ -34,9 +34,11 @@ struct ModelText {
 };
 struct ServoPair;
 struct ServoModes;
-/// pair: of two fingers; null: one. body_modes: of a body that rings; null: it does not. body: nothing holds it; null:
-/// it is held.
+struct ToolTables;
+/// pair: of two fingers, or of a tool's points; null: one finger. body_modes: of a body that rings; null: it does not.
+/// body: nothing holds it; null: it is held. tool: null: none.
 ModelText model_text(const Tables& tables, const ServoModel& servo, const ServoPair* pair = nullptr,
-                     const ServoModes* body_modes = nullptr, const haptable_body* body = nullptr);
+                     const ServoModes* body_modes = nullptr, const haptable_body* body = nullptr,
+                     const ToolTables* tool = nullptr);
 
 }  // namespace haptable

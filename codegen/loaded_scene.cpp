@@ -39,7 +39,8 @@ void require_definite(const haptable_pair_model& pair, const TablesFolder& folde
 }  // namespace
 
 SceneFiles read_scene_files(const TablesFolder& folder) {
-    return {folder, read_tables(folder), read_pair(folder), read_rigid_body(folder), read_modes(folder)};
+    return {folder,           read_tables(folder), read_pair(folder), read_rigid_body(folder), read_modes(folder),
+            read_tool(folder)};
 }
 
 LoadedScene::LoadedScene(const TablesFolder& folder) : LoadedScene(read_scene_files(folder)) {
@@ -59,11 +60,17 @@ LoadedScene::LoadedScene(SceneFiles files)
       model_(model_in_memory(tables_, servo_)),
       node_(servo_.node.begin(), servo_.node.end()),
       body_(files.body),
-      body_modes_(std::move(files.body_modes)) {
+      body_modes_(std::move(files.body_modes)),
+      tool_(std::move(files.tool)) {
     if (files.pair) {
         servo_pair_ = build_pair(*files.pair, tables_, servo_);
         pair_ = pair_in_memory(*servo_pair_, tables_, model_);
         require_definite(pair_, folder_);
+    }
+    if (tool_) {
+        if (!servo_pair_) folder_.fail("tool.json", "is of a tool, and there is no coupling.npy");
+        tool_points_ = points_of(*tool_);
+        tool_model_ = tool_in_memory(*tool_, tool_points_, pair_);
     }
     if (body_modes_) {
         servo_modes_ = build_modes(*body_modes_, tables_, servo_);
@@ -71,7 +78,7 @@ LoadedScene::LoadedScene(SceneFiles files)
         if (!body_modes_->row.empty() && body_modes_->row.size() != tables_.row_id.size() * body_modes_->modes())
             folder_.fail("mode_rows.npy", "does not fit row_id.npy");
     }
-    model_.hash = tables_hash(model_, pair(), body(), servo_modes());
+    model_.hash = tables_hash(model_, pair(), body(), servo_modes(), tool());
 }
 
 }  // namespace haptable

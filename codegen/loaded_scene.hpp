@@ -8,6 +8,7 @@
 #include "codegen/body_modes.hpp"
 #include "codegen/model.hpp"
 #include "codegen/pair.hpp"
+#include "codegen/tool.hpp"
 #include "firmware/haptable_body.h"
 #include "host/tables/folder.hpp"
 #include "host/tables/modes.hpp"
@@ -20,9 +21,10 @@ namespace haptable {
 struct SceneFiles {
     TablesFolder folder;
     Tables tables;
-    std::optional<PairTables> pair;        ///< of two fingers
+    std::optional<PairTables> pair;        ///< of two fingers, or of a tool's points
     std::optional<haptable_body> body;     ///< of a body that nothing holds
     std::optional<ModeTables> body_modes;  ///< of a body that rings
+    std::optional<ToolTables> tool;        ///< that one hand holds
 };
 
 /// Throws Error that names the file: missing, damaged, not what was written, or not fitting the others.
@@ -51,8 +53,13 @@ public:
     const std::vector<std::uint32_t>& node() const { return node_; }
 
     /// Null where the scene has none.
-    const ServoPair* servo_pair() const { return servo_pair_ ? &*servo_pair_ : nullptr; }
-    const haptable_pair_model* pair() const { return servo_pair_ ? &pair_ : nullptr; }
+    const ServoPair* servo_pair() const { return pair() != nullptr ? coupling() : nullptr; }
+    const haptable_pair_model* pair() const { return servo_pair_ && !tool_ ? &pair_ : nullptr; }
+    /// The coupling of two fingers, or of a tool's points.
+    const ServoPair* coupling() const { return servo_pair_ ? &*servo_pair_ : nullptr; }
+    const haptable_tool_model* tool() const { return tool_ ? &tool_model_ : nullptr; }
+    const ToolTables* tool_tables() const { return tool_ ? &*tool_ : nullptr; }
+    const ToolPoints& tool_points() const { return tool_points_; }
     const haptable_body* body() const { return body_ ? &*body_ : nullptr; }
     const haptable_modes* modes() const { return body_modes_ ? &modes_ : nullptr; }
     const ModeTables* body_modes() const { return body_modes_ ? &*body_modes_ : nullptr; }
@@ -70,6 +77,9 @@ private:
     std::optional<ModeTables> body_modes_;
     ServoModes servo_modes_;
     haptable_modes modes_{};
+    std::optional<ToolTables> tool_;
+    ToolPoints tool_points_;
+    haptable_tool_model tool_model_{};
 };
 
 }  // namespace haptable

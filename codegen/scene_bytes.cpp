@@ -3,6 +3,7 @@
 
 #include "codegen/model_bytes.hpp"
 #include "codegen/pair.hpp"
+#include "codegen/tool.hpp"
 #include "host/base/hash.hpp"
 
 namespace haptable {
@@ -20,11 +21,12 @@ std::string scene_bytes(const haptable_model& model, const haptable_pair_model* 
 }
 
 std::uint64_t tables_hash(const haptable_model& model, const haptable_pair_model* pair, const haptable_body* body,
-                          const ServoModes* body_modes) {
-    if (pair == nullptr && body == nullptr && body_modes == nullptr) return model.hash;
+                          const ServoModes* body_modes, const haptable_tool_model* tool) {
+    if (pair == nullptr && body == nullptr && body_modes == nullptr && tool == nullptr) return model.hash;
     Hash hash;
     hash.add(std::span<const std::uint64_t>(&model.hash, 1));
-    hash.add(scene_bytes(model, pair, body, body_modes));
+    hash.add(scene_bytes(model, tool != nullptr ? tool->pair : pair, body, body_modes));
+    if (tool != nullptr) hash.add(tool_bytes(*tool));
     return hash.digest();
 }
 

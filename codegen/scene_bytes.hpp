@@ -9,6 +9,8 @@
 #include "firmware/haptable_body.h"
 #include "firmware/haptable_pair.h"
 
+struct haptable_tool_model;
+
 namespace haptable {
 
 /// Which parts there are (32 bits: 1 pair, 2 body, 4 modes), then model_bytes, coupling_bytes, the body's table as it
@@ -20,6 +22,6 @@ std::string scene_bytes(const haptable_model& model, const haptable_pair_model* 
 /// XXH3 of the model's hash and of all parts: model.hash where the scene has a model alone. Messages, frames and
 /// summaries carry it.
 std::uint64_t tables_hash(const haptable_model& model, const haptable_pair_model* pair, const haptable_body* body,
-                          const ServoModes* body_modes);
+                          const ServoModes* body_modes, const haptable_tool_model* tool = nullptr);
 
 }  // namespace haptable

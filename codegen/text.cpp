@@ -20,6 +20,7 @@
 #include "codegen/rigid_body.hpp"
 #include "codegen/scene_bytes.hpp"
 #include "codegen/template.hpp"
+#include "codegen/tool.hpp"
 #include "firmware/haptable_model.h"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
@@ -203,7 +204,8 @@ const char* servo_end(const haptable_model& model) {
 
 /// Values of the model, and which parts the scene has besides.
 TemplateValues values_of(const Tables& tables, const ServoModel& servo, const haptable_model& model,
-                         const ServoPair* pair, const ServoModes* body_modes, const haptable_body* body) {
+                         const ServoPair* pair, const ServoModes* body_modes, const haptable_body* body,
+                         const haptable_tool_model* tool) {
     const std::string name = "haptable_" + identifier(tables.name), macro = upper(name);
     const auto flag = [](bool is_set) { return is_set ? "yes" : ""; };
     const bool moves = body != nullptr || body_modes != nullptr;
@@ -233,15 +235,18 @@ TemplateValues values_of(const Tables& tables, const ServoModel& servo, const ha
             {"slivers", model.slivers == nullptr                        ? ""
                         : model.slivers == &haptable_slivers_of_patches ? "patches"
                                                                         : "corners"},
-            {"servo_end", pair != nullptr ? "" : servo_end(model)},
+            {"servo_end", pair != nullptr || tool != nullptr ? "" : servo_end(model)},
             {"checked_parts", flag(model.check != nullptr && (moves || pair != nullptr))},
             {"relaxed", flag(model.relax != nullptr)},
             {"freed", flag(model.frictionless != nullptr)},
-            {"fingers", pair != nullptr ? "2" : "1"},
-            {"pair", flag(pair != nullptr)},
+            {"fingers", pair != nullptr && tool == nullptr ? "2" : "1"},
+            {"coupled", flag(pair != nullptr)},
+            {"pair", flag(pair != nullptr && tool == nullptr)},
+            {"tool", flag(tool != nullptr)},
             {"modes", flag(body_modes != nullptr)},
             {"moves", flag(moves)},
-            {"step", moves             ? "moving"
+            {"step", tool != nullptr   ? "step_tool"
+                     : moves           ? "moving"
                      : pair != nullptr ? "step_held"
                                        : "step_one"},
             {"body", body != nullptr ? rigid_body_fields(*body) : ""}};
@@ -324,16 +329,21 @@ std::string describe(const std::vector<Remedy>& remedies) {
 }
 
 ModelText model_text(const Tables& tables, const ServoModel& servo, const ServoPair* pair, const ServoModes* body_modes,
-                     const haptable_body* body) {
+                     const haptable_body* body, const ToolTables* tool) {
     const haptable_model model = model_in_memory(tables, servo);
     const std::optional<haptable_pair_model> coupling =
         pair != nullptr ? std::optional(pair_in_memory(*pair, tables, model)) : std::nullopt;
-    const std::uint64_t hash = tables_hash(model, coupling ? &*coupling : nullptr, body, body_modes);
-    TemplateValues values = values_of(tables, servo, model, pair, body_modes, body);
+    const ToolPoints points = tool != nullptr ? points_of(*tool) : ToolPoints();
+    const std::optional<haptable_tool_model> held =
+        tool != nullptr ? std::optional(tool_in_memory(*tool, points, coupling.value())) : std::nullopt;
+    const haptable_tool_model* const its = held ? &*held : nullptr;
+    const std::uint64_t hash = tables_hash(model, coupling && !held ? &*coupling : nullptr, body, body_modes, its);
+    TemplateValues values = values_of(tables, servo, model, pair, body_modes, body, its);
     values["hash"] = fmt::format("{:016x}", hash);
     add_movers(body, body_modes, values);
     if (body_modes != nullptr) add_mode_values(*body_modes, values);
     if (pair != nullptr) add_pair_values(*pair, tables, model, values);
+    if (held) add_tool_values(*held, values);
     return {filled(kHeader + 1, values), filled(kSource + 1, values)};
 }
 
@@ -346,12 +356,14 @@ ModelSize generate_model(const TablesFolder& folder) {
     measure_search(model);
     ModelSize size{hash, flash_tables(model), {}, measure_servo(tables, model), {}, model.stiffness, model.search};
     if (!tables.display_rows.empty()) size.flash.push_back({"display", write_display(folder, tables, hash)});
-    const ServoPair* const pair = scene.servo_pair();
+    const ServoPair* const pair = scene.coupling();
     if (pair != nullptr)
         for (const TableBytes& table : flash_tables(*pair)) size.flash.push_back(table);
     const ServoModes* const body_modes = scene.servo_modes();
     if (body_modes != nullptr)
         for (const TableBytes& table : flash_tables(*body_modes)) size.flash.push_back(table);
+    if (scene.tool() != nullptr)
+        for (const TableBytes& table : flash_tables(scene.tool_points())) size.flash.push_back(table);
     require_flash(size.flash, model, tables.flash_budget);
     size.precision = compare_precisions(tables, model);
     require_precision(size.precision, tables.precision);
@@ -361,7 +373,7 @@ ModelSize generate_model(const TablesFolder& folder) {
             fmt::format("tables.precision = \"{}\" cannot hold the blocks S: rounded, some are no longer positive "
                         "definite, so that a force would pull where it should push{}",
                         word(tables.precision), describe(size.remedies)));
-    const ModelText text = model_text(tables, model, pair, body_modes, scene.body());
+    const ModelText text = model_text(tables, model, pair, body_modes, scene.body(), scene.tool_tables());
     write_file(folder.path() / "model.h", text.header);
     write_file(folder.path() / "model.c", text.source);
     return size;

@@ -63,6 +63,9 @@ int threads_of(const PrecomputeOptions& options) {
     return options.threads > 0 ? options.threads : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
 }
 
+/// Two places of the body are loaded at once.
+bool is_coupled(const Scene& scene) { return scene.contact.fingers == 2 || scene.tool; }
+
 /// The mesh, and what of it is fixed and touched.
 Body read_body(const Scene& scene, Progress& progress) {
     return make_body(scene, make_mesh(scene.mesh, [&](std::size_t nodes, std::size_t expected) {
@@ -105,7 +108,7 @@ MemoryNeed foresee(const Run& run, const Stiffness& k) {
     }
     MemoryNeed need = inverse.analyse(k, request);
     if (scene.body_modes) need.solves += mode_memory(scene, k.size());
-    if (scene.contact.fingers == 2) need.solves += pair_memory(pair_controls(scene, body, plan.masks));
+    if (is_coupled(scene)) need.solves += pair_memory(pair_controls(scene, body, plan.masks));
     if (options.memory_bytes > 0.0) need.available = options.memory_bytes;
     require_memory(scene.file.string(), need, static_cast<double>(body.free_node.size()));
     if (plan.drawing == Drawing::kColumns) require_room("columns.npy", column_bytes(scene, body), beside);
@@ -298,7 +301,7 @@ Matrices compute(const Run& run, Summary& summary) {
     if (scene.contact.force == ForceLaw::kConsistent)
         write_edges(scene, body, std::span(blocks.l_ij).subspan(plan.l_ii_count), beside);
     if (!plan.mask_pairs.empty()) summary.mask = make_mask(run);
-    if (scene.contact.fingers == 2) summary.pair = make_pair(run);
+    if (is_coupled(scene)) summary.pair = make_pair(run);
     if (rest != nullptr) summary.body_modes = make_modes(run, l_ii);
     // 7. Columns; or the factor, for a viewer that solves.
     clock.begin("columns");
@@ -412,7 +415,7 @@ Result precompute(const Scene& given, const fs::path& folder_in, Progress& progr
     // of L = K^-1.
     clock.begin("plan");
     // What two fingers and modes need of an earlier run's factor was not kept.
-    const bool anew = options.force || scene.contact.fingers == 2 || scene.body_modes;
+    const bool anew = options.force || is_coupled(scene) || scene.body_modes;
     Plan plan = make_plan(scene, body, drawing, summary.identity, folder, anew);
     Workers workers(threads_of(options));
     if (scene.contact.force == ForceLaw::kPressureMask) {

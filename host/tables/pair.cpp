@@ -164,7 +164,7 @@ void write_pair(const PairTables& tables, const fs::path& folder) {
 std::optional<PairTables> read_pair(const TablesFolder& folder) {
     using nlohmann::json;
     try {
-        if (folder.options().integer("contact.fingers") == 1) return {};
+        if (folder.options().integer("contact.fingers") == 1 && !folder.options().has("tool")) return {};
         const json& pair = folder.facts().at("pair");
         PairTables tables;
         pair.at("meeting_m").get_to(tables.meeting_m);

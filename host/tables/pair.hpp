@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What couples two fingers on one body: the files of a scene with [contact] fingers = 2.
+// What couples two places of a body: the files of a scene with [contact] fingers = 2, or [tool].
 #pragma once
 
 #include <array>

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+#include "codegen/tool.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/base/error.hpp"
+
+namespace haptable {
+
+namespace {
+
+float finite(double value) {
+    const auto narrow = static_cast<float>(value);
+    if (!std::isfinite(narrow)) throw Error("tool.json holds a number that is beyond a float's range");
+    return narrow;
+}
+
+/// A literal that reads back to the same bits.
+std::string literal(float value) { return fmt::format("{:#.9g}f", value); }
+
+}  // namespace
+
+ToolPoints points_of(const ToolTables& tool) {
+    ToolPoints points;
+    for (const auto& p : tool.point_m) points.push_back({finite(p[0]), finite(p[1]), finite(p[2])});
+    return points;
+}
+
+haptable_tool_model tool_in_memory(const ToolTables& tool, const ToolPoints& point, const haptable_pair_model& pair) {
+    const haptable_model& model = *pair.model;
+    haptable_tool_model to{};
+    to.pair = &pair;
+    to.couple = pair.place_count > 0 ? haptable_pair_couple_clusters : haptable_pair_couple_exact;
+    if (model.energy != nullptr || model.frictionless != nullptr) to.settle = haptable_tool_settle;
+    to.span = haptable_span_of_tool;
+    to.point_m = reinterpret_cast<const float(*)[3]>(point.data());
+    to.point_count = static_cast<std::uint16_t>(point.size());
+    to.max_torque_n_m = finite(tool.max_torque_n_m);
+    to.stiffness_n_per_m = finite(tool.stiffness_n_per_m);
+    to.turn_stiffness_n_m_per_rad = finite(tool.turn_stiffness_n_m_per_rad);
+    for (const auto& p : point) to.reach_m = std::max(to.reach_m, std::hypot(p[0], p[1], p[2]));
+    haptable_tool_lay_out(&to);
+    to.crc = model.check != nullptr ? haptable_crc_of(&to, to.span) : 0;
+    return to;
+}
+
+std::string tool_bytes(const haptable_tool_model& tool) {
+    std::string bytes;
+    const auto add = [&](const auto* rows, std::size_t count) {
+        bytes.append(reinterpret_cast<const char*>(rows), count * sizeof *rows);
+    };
+// NOLINTBEGIN(bugprone-macro-parentheses): names that are declared
+#define HAPTABLE_ADD_VALUE(type, name) add(&tool.name, 1);
+#define HAPTABLE_ADD_TABLE(type, name, count) add(tool.name, tool.count);
+    // NOLINTEND(bugprone-macro-parentheses)
+    HAPTABLE_TOOL_FIELDS(HAPTABLE_ADD_VALUE, HAPTABLE_ADD_TABLE)
+#undef HAPTABLE_ADD_VALUE
+#undef HAPTABLE_ADD_TABLE
+    return bytes;
+}
+
+std::vector<TableBytes> flash_tables(const ToolPoints& point) {
+    return {{"tool_point", point.size() * sizeof point[0]}};
+}
+
+void add_tool_values(const haptable_tool_model& tool, TemplateValues& values) {
+    std::string points, fields;
+    for (std::size_t i = 0; i < tool.point_count; ++i)
+        points += fmt::format("    {{{}, {}, {}}},\n", literal(tool.point_m[i][0]), literal(tool.point_m[i][1]),
+                              literal(tool.point_m[i][2]));
+    for (const auto& [name, value] : {std::pair{"max_torque_n_m", tool.max_torque_n_m},
+                                      {"reach_m", tool.reach_m},
+                                      {"stiffness_n_per_m", tool.stiffness_n_per_m},
+                                      {"turn_stiffness_n_m_per_rad", tool.turn_stiffness_n_m_per_rad}})
+        if (value != 0.0F) fields += fmt::format("    .{} = {},\n", name, literal(value));
+    values["tool_version"] = std::to_string(HAPTABLE_TOOL_VERSION);
+    values["tool_point_count"] = std::to_string(tool.point_count);
+    values["tool_points"] = points;
+    values["tool_fields"] = fields;
+    values["tool_form"] = tool.couple == haptable_pair_couple_exact ? "exact" : "clusters";
+    values["tool_settle"] = tool.settle != nullptr ? "yes" : "";
+    values["tool_crc"] = tool.crc != 0 ? fmt::format("{:08x}", tool.crc) : "";
+}
+
+}  // namespace haptable
