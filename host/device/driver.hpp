@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "host/device/wrist.hpp"
+
 namespace haptable {
 
 /// Bits of a device's buttons.
@@ -18,6 +20,7 @@ struct Reading {
     Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();  ///< the true one where the driver knows it, else zero
     Eigen::Vector3d goal_m = Eigen::Vector3d::Zero();  ///< of the hand where the driver knows it, else the position
     std::int32_t buttons = 0;
+    Turning wrist = {};  ///< of a tool; of a device without orientation as it is at the begin
 };
 
 /// What happened, by name, for a summary.
@@ -36,6 +39,8 @@ public:
     virtual Reading read(std::int64_t tick) = 0;
     /// The force that the motors give from now on: cut to the device's limit, zero for what is not finite.
     virtual void set_force(const Eigen::Vector3d& force_n) = 0;
+    /// The torque likewise, N m about the handle; a device without such motors gives none.
+    virtual void set_torque(const Eigen::Vector3d& /*torque_n_m*/) {}
     /// What they were asked for, after that.
     virtual const Eigen::Vector3d& force_n() const = 0;
     /// Time goes on to a share of 0 to 1 of a tick. A real device needs no telling.

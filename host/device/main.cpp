@@ -22,6 +22,7 @@
 #include "host/link/text_file.hpp"
 #include "host/scene/device_models.hpp"
 #include "host/scene/scene.hpp"
+#include "host/tables/tool.hpp"
 
 namespace haptable {
 
@@ -55,8 +56,9 @@ void add_vector(CommandLine& app, const std::string& name, Vector& value, const 
 
 void add_path_options(CommandLine& app, Options& o) {
     app.option("--path", o.path,
-               "where the hand goes: poke, drag, circle, lift, several with commas between them, "
-               "or FILE.csv (x,y,z, of two fingers x,y,z,x2,y2,z2, in metres, one line a ms)")
+               "where the hand goes: poke, drag, circle, lift, with a tool also roll and tilt, several with commas "
+               "between them, or FILE.csv (x,y,z, of two fingers x,y,z,x2,y2,z2, of a tool x,y,z,qw,qx,qy,qz, in "
+               "metres, one line a ms)")
         .show_default();
     add_vector(app, "--at", o.at_m,
                "m, where the surface is touched [the touchable surface nearest to its top's centre]");
@@ -80,6 +82,7 @@ void add_path_options(CommandLine& app, Options& o) {
     length("--clearance", o.geometry.clearance_m, "m, of the start above the surface");
     length("--hold", o.geometry.hold_s, "s, that a poke stays down, a lift up");
     length("--lift", o.geometry.lift_m, "m, of a lift, along z");
+    length("--turn", o.geometry.turn_deg, "degrees to each side, that roll and tilt turn a tool");
     app.option("--speed", o.geometry.speed_m_s, "m/s, mean of every movement").positive().show_default();
     app.option("--hand", o.hand_name, "that holds the device: default, soft or stiff").show_default();
     app.option("--hand-stiffness", o.hand_stiffness_n_per_m, "N/m, of that hand [200]").non_negative();
@@ -200,6 +203,21 @@ std::unique_ptr<Path> make_path(const Options& o, const HandPlan& hand) {
     return recorded_path(std::move(its));
 }
 
+/// From a tool's handle to the point of it that is farthest along its -z.
+double reach_of(const std::vector<std::array<double, 3>>& point_m) {
+    double reach_m = 0.0;
+    for (const auto& p : point_m) reach_m = std::max(reach_m, -p[2]);
+    return reach_m;
+}
+
+/// A tool's points are in its tables, and of a scene that gives them in the scene too.
+void find_tool(const Options& o, const Scene& scene, PathOptions& geometry) {
+    if (!scene.tool) return;
+    const std::filesystem::path folder = tables_folder(o, scene);
+    const auto tool = std::filesystem::exists(folder / "tool.json") ? read_tool(folder) : std::nullopt;
+    geometry.reach_m = reach_of(tool ? tool->point_m : scene.tool->point_m);
+}
+
 std::vector<HandPlan> plan_hands(const Options& o, const std::optional<Touchable>& body) {
     std::vector<HandPlan> hands(static_cast<std::size_t>(o.fingers));
     for (std::size_t k = 0; k < hands.size(); ++k) {
@@ -308,7 +326,7 @@ SummaryLines run_hands(const Options& o, const Scene& scene, const Device& devic
             teller(o.fingers == 1 ? "haptable-device" : fmt::format("haptable-device: finger {}", k + 1), o.quiet);
         options.finger = plans[k].finger;
         options.seed += kHandSeeds * k;
-        if (!o.csv.empty()) hands[k].record.emplace(record_of(o, k)).keep();
+        if (!o.csv.empty()) hands[k].record.emplace(record_of(o, k), scene.tool.has_value()).keep();
         hands[k].driver = make_driver(o, scene, device, *plans[k].path);
         hands[k].session = std::make_unique<DeviceSession>(*hands[k].driver, connection, options,
                                                            hands[k].record ? &*hands[k].record : nullptr);
@@ -328,6 +346,7 @@ SummaryLines run_hands(const Options& o, const Scene& scene, const Device& devic
     for (std::size_t k = 0; k < hands.size(); ++k) {
         if (hands[k].record) hands[k].record->finish();
         tell_of_miss(o, plans[k].finger, sessions[k]->report(), body);
+        if (scene.tool) summary.add("largest_torque_n_m", sessions[k]->report().largest_torque_n_m);
         add_report(sessions[k]->report(), body, *hands[k].driver, kFingerSuffix[k], summary);
     }
     return summary;
@@ -339,6 +358,8 @@ void run(Options& o) {
     if (!o.faults.empty()) o.session.faults = parse_faults(o.faults);
     const Device device = device_of(o, scene);
     o.session.map = scene.device_map;
+    o.session.has_tool = scene.tool.has_value();
+    find_tool(o, scene, o.geometry);
     if (o.fingers == 2 && scene.contact.fingers == 1)
         throw Error(scene.file.string() + ": has one finger: write fingers = 2 in [contact], or leave out --fingers");
     const std::optional<Touchable> body = find_body(o, scene);

@@ -31,6 +31,7 @@ DeviceMapping::DeviceMapping(const DeviceMap& map)
       matrix_(map.motion_scale * turn_),
       inverse_(turn_.transpose() / map.motion_scale),
       force_(map.force_scale * turn_.transpose()),
+      handed_(map.left_handed ? -1.0 : 1.0),
       origin_m_(map.position_m.data()),
       finger_m_(origin_m_),
       ramp_s_(map.ramp_s),
@@ -46,10 +47,26 @@ bool DeviceMapping::is_outside(const Vector3d& device_m) const {
     return false;
 }
 
-void DeviceMapping::follow(const Vector3d& device_m, bool clutched, double step_s) {
+// A turn about an axis is one about that axis's image, the other way round in a mirror.
+Turning DeviceMapping::to_body(const Turning& device) const {
+    const Matrix3d turned = turn_ * device.turn.toRotationMatrix() * turn_.transpose();
+    return {index_ * Eigen::Quaterniond(turned), index_ * (handed_ * (turn_ * device.spin_rad_s))};
+}
+
+Turning DeviceMapping::to_device(const Turning& body) const {
+    const Matrix3d turned = (index_.conjugate() * body.turn).toRotationMatrix();
+    return {Eigen::Quaterniond(Matrix3d(turn_.transpose() * turned * turn_)),
+            handed_ * (turn_.transpose() * (index_.conjugate() * body.spin_rad_s))};
+}
+
+void DeviceMapping::follow(const Vector3d& device_m, bool clutched, double step_s, const Turning& wrist) {
     // While it was held the device went elsewhere: from now on that place is the finger's.
-    if (begun_ && (clutched || was_clutched_)) origin_m_ += finger_m_ - to_body(device_m);
+    if (begun_ && (clutched || was_clutched_)) {
+        origin_m_ += finger_m_ - to_body(device_m);
+        index_ = tool_.turn * to_body(wrist).turn.conjugate() * index_;
+    }
     finger_m_ = to_body(device_m);
+    tool_ = to_body(wrist);
     const double step = ramp_s_ > 0.0 ? step_s / ramp_s_ : 1.0;
     const bool falls = clutched || is_outside(device_m);
     if (!begun_)

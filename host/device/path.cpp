@@ -30,6 +30,7 @@ struct Move {
     Vector3d to_m;      ///< of a line
     Vector3d centre_m;  ///< of a circle
     Vector3d normal;    ///< of a circle, of length 1: turned about, right-handed
+    Vector3d turn_from = Vector3d::Zero(), turn_to = Vector3d::Zero();  ///< of a tool: rotation vectors, of one axis
 };
 
 /// Share of the way, and its rate, at a share tau of the time.
@@ -41,19 +42,22 @@ std::array<double, 2> minimum_jerk(double tau) {
 HandGoal on_move(const Move& move, double time_s) {
     const auto [share, rate] = minimum_jerk(time_s / move.duration_s);
     const double rate_per_s = rate / move.duration_s;
+    const Vector3d turning = move.turn_to - move.turn_from;
+    const Turning wrist{turned_by(move.turn_from + share * turning), rate_per_s * turning};
     if (move.kind == Move::Kind::line)
-        return {move.from_m + share * (move.to_m - move.from_m), rate_per_s * (move.to_m - move.from_m)};
+        return {move.from_m + share * (move.to_m - move.from_m), rate_per_s * (move.to_m - move.from_m), 0, wrist};
     const double turn = 2.0 * std::numbers::pi;
     const Vector3d arm = move.from_m - move.centre_m;
     const Vector3d side = move.normal.cross(arm);
     const double c = std::cos(turn * share), s = std::sin(turn * share);
-    return {move.centre_m + c * arm + s * side, turn * rate_per_s * (c * side - s * arm)};
+    return {move.centre_m + c * arm + s * side, turn * rate_per_s * (c * side - s * arm), 0, wrist};
 }
 
-/// Movements one after the other.
+/// Movements one after the other, of a tool whose handle is `reach_m` above the place where it touches.
 class Script : public Path {
 public:
-    explicit Script(double speed_m_s) : speed_m_s_(speed_m_s) {}
+    Script(double speed_m_s, double reach_m, const Eigen::Quaterniond& upright)
+        : speed_m_s_(speed_m_s), reach_m_(reach_m * (upright * Vector3d::UnitZ())), upright_(upright) {}
 
     void begin_at(const Vector3d& point_m) {
         if (moves_.empty())
@@ -70,6 +74,14 @@ public:
         const double time_s = std::max(length_m / speed_m_s_, kShortest_s);
         add({Move::Kind::circle, time_s, here_m_, here_m_, centre_m, normal}, here_m_);
     }
+    /// Turns the tool about the place where it touches, from as it is.
+    void turn_to(const Vector3d& rotation_rad) {
+        const double time_s = std::max((rotation_rad - turn_rad_).norm() / kTurning_rad_s, kShortest_s);
+        Move move{Move::Kind::line, time_s, here_m_, here_m_, Vector3d::Zero(), Vector3d::Zero()};
+        move.turn_from = turn_rad_;
+        move.turn_to = turn_rad_ = rotation_rad;
+        add(move, here_m_);
+    }
     void hold(double time_s) {
         add({Move::Kind::line, std::max(time_s, kShortest_s), here_m_, here_m_, Vector3d::Zero(), Vector3d::Zero()},
             here_m_);
@@ -79,13 +91,23 @@ public:
     HandGoal at(double time_s) const override {
         double left_s = std::clamp(time_s, 0.0, duration_s_);
         for (const Move& move : moves_) {
-            if (left_s <= move.duration_s) return on_move(move, left_s);
+            if (left_s <= move.duration_s) return of_handle(on_move(move, left_s));
             left_s -= move.duration_s;
         }
-        return {here_m_, Vector3d::Zero()};
+        return of_handle({here_m_, Vector3d::Zero(), 0, {turned_by(turn_rad_), Vector3d::Zero()}});
     }
 
 private:
+    static constexpr double kTurning_rad_s = 0.5;
+
+    /// From the place that touches to the handle.
+    HandGoal of_handle(HandGoal goal) const {
+        const Vector3d reach_m = goal.wrist.turn * reach_m_;
+        goal.position_m += reach_m;
+        goal.velocity_m_s += goal.wrist.spin_rad_s.cross(reach_m);
+        goal.wrist.turn = goal.wrist.turn * upright_;
+        return goal;
+    }
     void add(const Move& move, const Vector3d& end_m) {
         moves_.push_back(move);
         duration_s_ += move.duration_s;
@@ -93,8 +115,11 @@ private:
     }
 
     double speed_m_s_;
+    Vector3d reach_m_;
+    Eigen::Quaterniond upright_;  ///< the tool's -z into the body
     std::vector<Move> moves_;
     Vector3d here_m_ = Vector3d::Zero();
+    Vector3d turn_rad_ = Vector3d::Zero();
     double duration_s_ = 0.0;
 };
 
@@ -108,14 +133,24 @@ public:
         const double place = std::clamp(time_s / kStep_s, 0.0, last);
         const Vector3d from_m = point_m(std::floor(place));
         const Vector3d to_m = point_m(std::min(std::floor(place) + 1.0, last));
-        return {from_m + (place - std::floor(place)) * (to_m - from_m), (to_m - from_m) / kStep_s,
-                ticks_[static_cast<std::size_t>(place)].buttons};
+        const Eigen::Quaterniond from = turn(std::floor(place)), to = turn(std::min(std::floor(place) + 1.0, last));
+        const Vector3d turning = rotation_vector(to * from.conjugate());
+        return {from_m + (place - std::floor(place)) * (to_m - from_m),
+                (to_m - from_m) / kStep_s,
+                ticks_[static_cast<std::size_t>(place)].buttons,
+                {turned_by((place - std::floor(place)) * turning) * from, turning / kStep_s}};
     }
 
 private:
     static constexpr double kStep_s = 1e-3;
 
     Vector3d point_m(double index) const { return Vector3d(ticks_[static_cast<std::size_t>(index)].position_m.data()); }
+
+    Eigen::Quaterniond turn(double index) const {
+        const auto& turn = ticks_[static_cast<std::size_t>(index)].turn;
+        if (!turn) return Eigen::Quaterniond::Identity();
+        return Eigen::Quaterniond((*turn)[0], (*turn)[1], (*turn)[2], (*turn)[3]).normalized();
+    }
 
     std::vector<FingerTick> ticks_;
 };
@@ -180,6 +215,17 @@ void add_lift(const PathOptions& o, const Frame& frame, Script& script) {
     script.line_to(beside_m);
 }
 
+/// axis: of length 1, that the tool is turned about.
+void add_turns(const PathOptions& o, const Frame& frame, const Vector3d& axis, Script& script) {
+    const Vector3d above_m = o.at_m - o.clearance_m * frame.into, most = o.turn_deg * std::numbers::pi / 180.0 * axis;
+    script.begin_at(above_m);
+    script.line_to(o.at_m + o.depth_m * frame.into);
+    script.turn_to(most);
+    script.turn_to(-most);
+    script.turn_to(Vector3d::Zero());
+    script.line_to(above_m);
+}
+
 void add_named(const std::string& name, const PathOptions& o, const Frame& frame, Script& script) {
     if (name == "poke")
         add_poke(o, frame, script);
@@ -189,9 +235,13 @@ void add_named(const std::string& name, const PathOptions& o, const Frame& frame
         add_circle(o, frame, script);
     else if (name == "lift")
         add_lift(o, frame, script);
+    else if (name == "roll")
+        add_turns(o, frame, frame.along, script);
+    else if (name == "tilt")
+        add_turns(o, frame, frame.across, script);
     else
         throw Error("--path: \"" + name +
-                    "\" is not known: it is poke, drag, circle, lift, or a file whose name ends in .csv");
+                    "\" is not known: it is poke, drag, circle, lift, roll, tilt, or a file whose name ends in .csv");
 }
 
 }  // namespace
@@ -199,7 +249,8 @@ void add_named(const std::string& name, const PathOptions& o, const Frame& frame
 std::unique_ptr<Path> scripted_path(const std::string& names, const PathOptions& options) {
     if (!(options.speed_m_s > 0.0)) throw Error("--speed: must be greater than 0 m/s");
     const Frame frame = frame_of(options);
-    auto script = std::make_unique<Script>(options.speed_m_s);
+    auto script = std::make_unique<Script>(options.speed_m_s, options.reach_m,
+                                           Eigen::Quaterniond::FromTwoVectors(-Vector3d::UnitZ(), frame.into));
     for (std::size_t begin = 0; begin <= names.size();) {
         const std::size_t comma = std::min(names.find(',', begin), names.size());
         add_named(names.substr(begin, comma - begin), options, frame, *script);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Where the hand wants the finger to be: poke, drag and circle as minimum-jerk movements, or a recorded path.
+// Where the hand wants the finger, or a tool's handle, to be: poke, drag, circle, roll and tilt as minimum-jerk
+// movements, or a recorded path.
 #pragma once
 
 #include <Eigen/Core>
@@ -25,6 +26,8 @@ struct PathOptions {
     double speed_m_s = 0.05;                          ///< mean speed of every movement
     double hold_s = 0.2;                              ///< of a poke, at full depth; of a lift, above
     double lift_m = 0.03;                             ///< of a lift, along z
+    double turn_deg = 15.0;                           ///< of roll and tilt, to each side
+    double reach_m = 0.0;                             ///< of a tool: from its handle to the point that touches
 };
 
 class Path {
@@ -35,8 +38,9 @@ public:
     virtual HandGoal at(double time_s) const = 0;
 };
 
-/// "poke", "drag", "circle", "lift" (in, up, down, out: for two hands), or several with commas between them, one after
-/// the other. Throws Error for another name or an impossible geometry.
+/// "poke", "drag", "circle", "lift" (in, up, down, out: for two hands), "roll" and "tilt" (in, a tool turned to and fro
+/// about `along`, or across it, where it touches, out), or several with commas between them, one after the other. A
+/// tool's -z points into the body. Throws Error for another name or an impossible geometry.
 std::unique_ptr<Path> scripted_path(const std::string& names, const PathOptions& options);
 
 /// The lines of a path in which that finger, 0 or 1, has a place, as those of one finger.

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "host/device/wrist.hpp"
 #include "host/scene/scene.hpp"
 
 namespace haptable {
@@ -34,6 +35,7 @@ struct HandGoal {
     Eigen::Vector3d position_m;
     Eigen::Vector3d velocity_m_s;
     std::uint32_t buttons = 0;  ///< that it holds down: bits of enum haptable_button
+    Turning wrist = {};         ///< of a tool
 };
 
 class PointDevice {

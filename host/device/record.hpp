@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <string>
 
+#include "host/device/wrist.hpp"
 #include "host/link/text_file.hpp"
 
 namespace haptable {
@@ -19,12 +20,15 @@ struct DeviceRow {
     Eigen::Vector3d goal_m;           ///< where the hand wanted the finger to be
     Eigen::Vector3d force_n;          ///< the motors' force
     std::int64_t answered_tick = -1;  ///< newest state with an answer, at the end of the tick; -1: none yet
+    Turning tool = {};                ///< of a tool, as published
+    Eigen::Vector3d torque_n_m = Eigen::Vector3d::Zero();  ///< of a tool, on the hand, before the force's scale
 };
 
 class DeviceRecord {
 public:
-    /// Throws Error that names the path when it cannot be written there.
-    explicit DeviceRecord(const std::filesystem::path& path);
+    /// has_tool: orientation and torque are recorded too. Throws Error that names the path when it cannot be written
+    /// there.
+    explicit DeviceRecord(const std::filesystem::path& path, bool has_tool = false);
 
     /// One line, each number with as many digits as reading it back needs.
     void add(const DeviceRow& row);
@@ -36,6 +40,7 @@ public:
 
 private:
     TextFile file_;
+    bool has_tool_;
     std::string line_;
 };
 

@@ -80,6 +80,10 @@ DeviceSession::DeviceSession(Driver& driver, Connection& connection, const Sessi
         ++other_scene_;
         other_hash_ = status.model_hash;
     });
+    pose_.session = state_.session;
+    if (options_.has_tool)
+        connection.subscribe<tool_wrench>(channel_of<tool_wrench>(),
+                                          [this](const tool_wrench& wrench, std::int64_t) { wrench_ = wrench; });
     if (options_.faults.any())
         begin_faults();
     else
@@ -215,13 +219,14 @@ std::int64_t DeviceSession::tick_count() const {
 void DeviceSession::begin_tick(std::int64_t tick) {
     const Reading reading = driver_.read(tick);
     const Eigen::Vector3d goal_m = mapping_.to_body(reading.goal_m);
-    mapping_.follow(reading.position_m, (reading.buttons & kClutchButton) != 0, kTick_s);
+    mapping_.follow(reading.position_m, (reading.buttons & kClutchButton) != 0, kTick_s, reading.wrist);
     if (mapping_.share() < 1.0) {
         ++report_.clutched_ticks;
-        feel(body_force_n_);  // the ramp goes on though no answer comes
+        feel(body_force_n_, body_torque_n_m_);  // the ramp goes on though no answer comes
     }
     row_ = {tick,   mapping_.finger_m(),     mapping_.velocity_to_body(reading.velocity_m_s),
             goal_m, Eigen::Vector3d::Zero(), answered_};
+    row_.tool = mapping_.tool();
     if (faults_) row_.encoder_m = faults_->device.see(row_.encoder_m, Clock::now());
     Eigen::Vector3d& oldest_m = reading_m_[static_cast<std::size_t>(tick) % kWindow_ticks];
     const Eigen::Vector3d velocity_m_s = (row_.encoder_m - oldest_m) / (static_cast<double>(kWindow_ticks) * kTick_s);
@@ -232,6 +237,11 @@ void DeviceSession::begin_tick(std::int64_t tick) {
     state_.buttons = reading.buttons;
     Eigen::Map<Eigen::Vector3d>(state_.position_m) = row_.encoder_m;
     Eigen::Map<Eigen::Vector3d>(state_.velocity_m_s) = velocity_m_s;
+    const Eigen::Quaterniond& turn = row_.tool.turn;
+    pose_.utime = state_.utime;
+    pose_.seq = tick;
+    Eigen::Map<Eigen::Vector4d>(pose_.turn) = Eigen::Vector4d(turn.w(), turn.x(), turn.y(), turn.z());
+    Eigen::Map<Eigen::Vector3d>(pose_.spin_rad_per_s) = row_.tool.spin_rad_s;
     ++report_.ticks;
     publish();
 }
@@ -239,6 +249,7 @@ void DeviceSession::begin_tick(std::int64_t tick) {
 void DeviceSession::publish() {
     const Clock::time_point now = Clock::now();
     published_[static_cast<std::size_t>(state_.seq) % kKept_ticks] = now;
+    if (options_.has_tool) connection_.publish(channel_of<hand_pose>(), pose_);
     if (!faults_) return connection_.publish(channel_of<device_state>(options_.finger), state_);
     std::array<std::uint8_t, FaultyLane::kMost_bytes> bytes{};
     const int size = state_.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
@@ -287,6 +298,12 @@ Clock::duration DeviceSession::age_of(const servo_force& force, Clock::time_poin
     return now - published_[static_cast<std::size_t>(std::max(force.seq, oldest)) % kKept_ticks];
 }
 
+/// What came before it, of the same servo; without it none.
+Eigen::Vector3d DeviceSession::torque_of(const servo_force& force) const {
+    const bool is_its = wrench_.session == force.session && wrench_.servo == force.servo && wrench_.seq == force.seq;
+    return is_its ? Eigen::Vector3d(wrench_.torque_n_m) : Eigen::Vector3d(Eigen::Vector3d::Zero());
+}
+
 void DeviceSession::on_force(const servo_force& force) {
     if (!is_for_us(force) || force.seq < 0 || force.seq > state_.seq || force.seq < answered_) return;
     if (force.seq == answered_) {
@@ -313,14 +330,17 @@ void DeviceSession::on_force(const servo_force& force) {
     // Until it came the old force acted. In lockstep an answer takes no time.
     const Clock::time_point begun = published_[static_cast<std::size_t>(state_.seq) % kKept_ticks];
     if (!options_.lockstep) driver_.advance(row_.tick, to_us(now - begun) / 1000.0);
-    feel(Eigen::Vector3d(force.force_n));
+    feel(Eigen::Vector3d(force.force_n), torque_of(force));
+    report_.largest_torque_n_m = std::max(report_.largest_torque_n_m, body_torque_n_m_.norm());
     report_.largest_force_n = std::max(report_.largest_force_n, driver_.force_n().norm());
 }
 
-/// A force of the body's, as the clutch lets it through.
-void DeviceSession::feel(const Eigen::Vector3d& body_n) {
+/// Force and torque of the body's, as the clutch lets them through.
+void DeviceSession::feel(const Eigen::Vector3d& body_n, const Eigen::Vector3d& body_n_m) {
     body_force_n_ = body_n;
+    body_torque_n_m_ = body_n_m;
     driver_.set_force(mapping_.to_motors(body_n));
+    driver_.set_torque(mapping_.torque_to_motors(body_n_m));
 }
 
 void DeviceSession::ask_again(int resends) {
@@ -346,6 +366,7 @@ void DeviceSession::end_tick() {
     if (!silent_ && !options_.lockstep) report_.force_age.add(to_us(Clock::now() - asked_));
     driver_.advance(row_.tick, 1.0);
     row_.force_n = mapping_.turned_to_body(driver_.force_n());
+    row_.torque_n_m = mapping_.share() * body_torque_n_m_;
     if (options_.watch) options_.watch(row_);
     if (row_.tick % kFlush_ticks == 0) tell();
     if (record_ == nullptr) return;

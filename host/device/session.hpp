@@ -37,6 +37,7 @@ struct SessionOptions {
     std::function<void(const DeviceRow&)> watch;  ///< called at the end of each tick; may be empty
     DeviceMap map;                                ///< from the device to the body
     std::size_t finger = 0;                       ///< of the scene, 0 or 1, that it is
+    bool has_tool = false;                        ///< its hand holds the scene's tool: its orientation is told too
 };
 
 struct DeviceReport {
@@ -52,6 +53,7 @@ struct DeviceReport {
     std::int64_t clutched_ticks = 0;        ///< with the clutch held, or outside of the workspace
     std::int64_t silences = 0;              ///< times the force was dropped because the servo had fallen silent
     double largest_force_n = 0.0;           ///< that the motors gave
+    double largest_torque_n_m = 0.0;        ///< of a tool, likewise
     DurationStatistics latency;             ///< from publishing a state to its answer, however late
     DurationStatistics force_age;           ///< at the end of each tick, of the state that its force answers
     double wall_s = 0.0;
@@ -84,12 +86,13 @@ private:
     class Loop;
 
     void on_force(const servo_force& force);
+    Eigen::Vector3d torque_of(const servo_force& force) const;
     void begin_faults();
     void deliver();
     Clock::time_point due() const;
     std::int64_t tick_count() const;
     bool is_unanswered() const { return answered_ < state_.seq; }
-    void feel(const Eigen::Vector3d& body_n);
+    void feel(const Eigen::Vector3d& body_n, const Eigen::Vector3d& body_n_m = Eigen::Vector3d::Zero());
     bool is_for_us(const servo_force& force);
     Clock::duration age_of(const servo_force& force, Clock::time_point now) const;
     void forget_servo();
@@ -123,9 +126,12 @@ private:
         bool gone = false;  ///< in this tick
     };
     std::optional<Faults> faults_;
-    Eigen::Vector3d body_force_n_ = Eigen::Vector3d::Zero();  ///< of the newest answer
-    device_state state_{};                                    ///< of this tick
-    DeviceRow row_;                                           ///< of this tick
+    Eigen::Vector3d body_force_n_ = Eigen::Vector3d::Zero();     ///< of the newest answer
+    Eigen::Vector3d body_torque_n_m_ = Eigen::Vector3d::Zero();  ///< the same
+    hand_pose pose_{};                                           ///< of a tool in this tick
+    tool_wrench wrench_{};                                       ///< the newest, whose force may still come
+    device_state state_{};                                       ///< of this tick
+    DeviceRow row_;                                              ///< of this tick
     std::array<Eigen::Vector3d, kWindow_ticks> reading_m_;
     std::vector<Clock::time_point> published_ = std::vector<Clock::time_point>(kKept_ticks);
     Clock::time_point asked_{};     ///< when the state was published that the force answers

@@ -44,13 +44,18 @@ std::vector<Press> presses_of(const std::string& text) {
 
 SimulatedDriver::SimulatedDriver(const PointDevice& device, const Path& path, const DeviceMapping& mapping,
                                  std::vector<Press> presses)
-    : device_(device), path_(path), mapping_(mapping), presses_(std::move(presses)) {}
+    : device_(device),
+      wrist_(mapping.to_device(path.at(0.0).wrist).turn),
+      path_(path),
+      mapping_(mapping),
+      presses_(std::move(presses)) {}
 
 HandGoal SimulatedDriver::goal(double time_s) const {
     const double duration_s = path_.duration_s();
     // Longer than the path: along it again. Its very end belongs to it.
     const HandGoal goal = path_.at(time_s > duration_s ? std::fmod(time_s, duration_s) : time_s);
-    return {mapping_.to_device(goal.position_m), mapping_.velocity_to_device(goal.velocity_m_s), goal.buttons};
+    return {mapping_.to_device(goal.position_m), mapping_.velocity_to_device(goal.velocity_m_s), goal.buttons,
+            mapping_.to_device(goal.wrist)};
 }
 
 Reading SimulatedDriver::read(std::int64_t tick) {
@@ -58,7 +63,7 @@ Reading SimulatedDriver::read(std::int64_t tick) {
     substep_ = 0;
     const HandGoal hand = goal(time_s);
     Reading reading{device_.encoder_m(), device_.velocity_m_s(), hand.position_m,
-                    static_cast<std::int32_t>(hand.buttons)};
+                    static_cast<std::int32_t>(hand.buttons), wrist_.now()};
     for (const Press& press : presses_)
         if (time_s >= press.from_s && time_s < press.to_s) reading.buttons |= press.button;
     return reading;
@@ -68,7 +73,11 @@ void SimulatedDriver::advance(std::int64_t tick, double share) {
     const double step_s = kTick_s / kSubsteps;
     const double begin_s = static_cast<double>(tick) * kTick_s;
     const int until = static_cast<int>(std::min(share, 1.0) * kSubsteps);
-    for (; substep_ < until; ++substep_) device_.advance(goal(begin_s + (substep_ + 0.5) * step_s), step_s);
+    for (; substep_ < until; ++substep_) {
+        const HandGoal hand = goal(begin_s + (substep_ + 0.5) * step_s);
+        device_.advance(hand, step_s);
+        wrist_.advance(hand.wrist, step_s);
+    }
 }
 
 }  // namespace haptable

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The simulated device as a driver: a point in a hand that follows a path and presses buttons.
+// The simulated device as a driver: a point, and a wrist, in a hand that follows a path and presses buttons.
 #pragma once
 
 #include <string>
@@ -9,6 +9,7 @@
 #include "host/device/mapping.hpp"
 #include "host/device/path.hpp"
 #include "host/device/point_device.hpp"
+#include "host/device/wrist.hpp"
 
 namespace haptable {
 
@@ -30,6 +31,7 @@ public:
 
     Reading read(std::int64_t tick) override;
     void set_force(const Eigen::Vector3d& force_n) override { device_.set_force(force_n); }
+    void set_torque(const Eigen::Vector3d& torque_n_m) override { wrist_.set_torque(torque_n_m); }
     const Eigen::Vector3d& force_n() const override { return device_.force_n(); }
     void advance(std::int64_t tick, double share) override;
     double duration_s() const override { return path_.duration_s(); }
@@ -38,6 +40,7 @@ private:
     HandGoal goal(double time_s) const;
 
     PointDevice device_;
+    Wrist wrist_;
     const Path& path_;
     DeviceMapping mapping_;
     std::vector<Press> presses_;

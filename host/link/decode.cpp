@@ -24,10 +24,16 @@ bool is_of_name(std::uint8_t byte) {
 
 }  // namespace
 
-// Both end with their count where their arrays are empty.
+// All end with their count where their arrays are empty.
 
 bool has_room(const contact*, std::span<const std::uint8_t> bytes, std::size_t fixed) {
     constexpr std::size_t kEntry_bytes = 4 + 3 * 8;  // node, force_n
+    const std::int64_t count = length_at(bytes, fixed - kLength_bytes);
+    return count >= 0 && bytes.size() - fixed == static_cast<std::size_t>(count) * kEntry_bytes;
+}
+
+bool has_room(const tool_wrench*, std::span<const std::uint8_t> bytes, std::size_t fixed) {
+    constexpr std::size_t kEntry_bytes = 1 + 9 * 8;  // touches, point_m, god_object_m, force_n
     const std::int64_t count = length_at(bytes, fixed - kLength_bytes);
     return count >= 0 && bytes.size() - fixed == static_cast<std::size_t>(count) * kEntry_bytes;
 }

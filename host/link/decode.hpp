@@ -22,6 +22,7 @@ inline bool has_room(const void*, std::span<const std::uint8_t> bytes, std::size
     return bytes.size() == fixed;
 }
 bool has_room(const contact*, std::span<const std::uint8_t> bytes, std::size_t fixed);
+bool has_room(const tool_wrench*, std::span<const std::uint8_t> bytes, std::size_t fixed);
 bool has_room(const servo_status*, std::span<const std::uint8_t> bytes, std::size_t fixed);
 
 /// True when the bytes begin as those of this type do: another version's do not.

@@ -68,12 +68,15 @@ struct Columns {
     std::ptrdiff_t buttons = -1, number = -1;
     std::ptrdiff_t second = -1, second_buttons = -1;  ///< of a second finger
     std::ptrdiff_t state = -1, second_state = -1;     ///< where there are two
+    std::ptrdiff_t turn = -1;                         ///< of a tool
 };
 
 /// `header` without blanks.
 Columns columns_of(const std::string& header) {
     if (header == "x,y,z") return {3, 0, -1, -1};
     if (header == "x,y,z,buttons") return {4, 0, 3, -1};
+    if (header == "x,y,z,qw,qx,qy,qz") return {.count = 7, .turn = 3};
+    if (header == "x,y,z,qw,qx,qy,qz,buttons") return {.count = 8, .buttons = 7, .turn = 3};
     if (header == "x,y,z,x2,y2,z2") return {6, 0, -1, -1, 3, -1};
     if (header == "x,y,z,x2,y2,z2,buttons,buttons2") return {8, 0, 6, -1, 3, 7};
     if (!header.starts_with("tick,x,y,z,contact,")) return {};
@@ -82,9 +85,10 @@ Columns columns_of(const std::string& header) {
         const auto found = std::find(names.begin(), names.end(), name);
         return found != names.end() ? found - names.begin() : -1;
     };
-    const std::ptrdiff_t second = place("x2");
-    if (second + 3 > std::ssize(names)) return {};
-    if (second < 0) return {names.size(), 1, place("buttons"), 0};
+    const std::ptrdiff_t second = place("x2"), turn = place("qw");
+    if (second + 3 > std::ssize(names) || turn + 4 > std::ssize(names)) return {};
+    if (second < 0)
+        return {.count = names.size(), .position = 1, .buttons = place("buttons"), .number = 0, .turn = turn};
     return {names.size(), 1, place("buttons"), 0, second, place("buttons2"), place("state"), place("state2")};
 }
 
@@ -99,6 +103,10 @@ bool to_tick(std::string_view line, const Columns& columns, FingerTick& tick) {
     if (!is_position(columns.position, tick.position_m)) return false;
     if (columns.second >= 0 && !is_position(static_cast<std::size_t>(columns.second), tick.second_m.emplace()))
         return false;
+    for (std::size_t c = 0; columns.turn >= 0 && c < 4; ++c)
+        if (!to_number(fields[static_cast<std::size_t>(columns.turn) + c],
+                       (c == 0 ? tick.turn.emplace() : *tick.turn)[c]))
+            return false;
     const auto is_there = [&](std::ptrdiff_t column, auto& value) {
         return column < 0 || read_number(trimmed(fields[static_cast<std::size_t>(column)]), value);
     };
@@ -116,12 +124,22 @@ std::string wanted_in(const Columns& columns) {
     if (columns.second >= 0)
         return columns.buttons >= 0 ? "six numbers x,y,z,x2,y2,z2 in metres and the buttons' bits of both"
                                     : "six numbers x,y,z,x2,y2,z2 in metres";
+    if (columns.turn >= 0)
+        return columns.buttons >= 0 ? "x,y,z in metres, a quaternion qw,qx,qy,qz and the buttons' bits"
+                                    : "x,y,z in metres and a quaternion qw,qx,qy,qz";
     return columns.buttons >= 0 ? "three numbers x,y,z in metres and the buttons' bits"
                                 : "three numbers x,y,z in metres";
 }
 
 bool is_finite(const std::array<double, 3>& position_m) {
     return std::isfinite(position_m[0]) && std::isfinite(position_m[1]) && std::isfinite(position_m[2]);
+}
+
+/// To 1e-3, as the servo takes it.
+bool is_rotation(const std::array<double, 4>& turn) {
+    constexpr double kLonger = 1e-3;
+    const double length = std::sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2] + turn[3] * turn[3]);
+    return std::abs(length - 1.0) <= kLonger;
 }
 
 std::string without_blanks(std::string_view line) {
@@ -155,7 +173,7 @@ std::vector<FingerTick> read_finger_ticks(const std::filesystem::path& file, Pos
         fail(file, 1,
              "the header is " + excerpt(line) +
                  ": a finger path begins with the line x,y,z, or x,y,z,buttons, or of two fingers "
-                 "x,y,z,x2,y2,z2, or as a servo's CSV does");
+                 "x,y,z,x2,y2,z2, of a tool x,y,z,qw,qx,qy,qz, or as a servo's CSV does");
     std::vector<FingerTick> path;
     while (!lines.only_blank_left() && lines.next(line)) {
         FingerTick tick;
@@ -164,6 +182,8 @@ std::vector<FingerTick> read_finger_ticks(const std::filesystem::path& file, Pos
         if (allowed == Positions::finite && !((tick.is_away || is_finite(tick.position_m)) &&
                                               (!tick.second_m || tick.is_second_away || is_finite(*tick.second_m))))
             fail(file, lines.number(), excerpt(line) + " is not finite: a hand cannot go there");
+        if (allowed == Positions::finite && tick.turn && !is_rotation(*tick.turn))
+            fail(file, lines.number(), excerpt(line) + " has a quaternion qw,qx,qy,qz that is not of length 1");
         path.push_back(tick);
     }
     return path;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // A finger path: a CSV file with the header x,y,z, or x,y,z,buttons, and one position in metres a tick; of two fingers
-// x,y,z,x2,y2,z2, or with ,buttons,buttons2; or a servo's own CSV, for these.
+// x,y,z,x2,y2,z2, or with ,buttons,buttons2; of a tool x,y,z,qw,qx,qy,qz, or with ,buttons; or a servo's own CSV, for
+// these.
 #pragma once
 
 #include <array>
@@ -22,6 +23,7 @@ struct FingerTick {
     std::array<double, 3> position_m{};
     std::uint32_t buttons = 0;                           ///< held down: bits of enum haptable_button
     std::int64_t number = -1;                            ///< of a servo's CSV its tick, else -1
+    std::optional<std::array<double, 4>> turn = {};      ///< of a tool, from its axes to the world's: w x y z
     std::optional<std::array<double, 3>> second_m = {};  ///< of a second finger
     std::uint32_t second_buttons = 0;
     bool is_away = false, is_second_away = false;  ///< of a servo's CSV of two: without a device, or silent

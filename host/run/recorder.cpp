@@ -55,8 +55,10 @@ void Recorder::take(const servo_force& force, std::int64_t utime, Side& side) {
 
 void Recorder::take(const body_pose& pose, std::int64_t, Side&) { body_.take(pose); }
 
+void Recorder::take(const tool_wrench& wrench, std::int64_t, Side&) { body_.take(wrench); }
+
 void Recorder::take(const contact& touched, std::int64_t, Side& side) const {
-    side.depth_m = touched.touches != 0 ? body_.offset_m(touched).norm() : 0.0;
+    side.depth_m = body_.dent_of(touched).depth_m;
 }
 
 void Recorder::take(const servo_status& status, std::int64_t, Side&) {

@@ -51,6 +51,7 @@ private:
     void take(const device_state& state, std::int64_t utime, Side& side);
     static void take(const servo_force& force, std::int64_t utime, Side& side);
     void take(const body_pose& pose, std::int64_t, Side&);
+    void take(const tool_wrench& wrench, std::int64_t, Side&);
     template <typename Message>
     static void take(const Message&, std::int64_t, Side&) {}  // others are kept, not told
     void take(const contact& touched, std::int64_t, Side& side) const;

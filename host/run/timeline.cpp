@@ -27,6 +27,7 @@ public:
             Overloaded{[&](const device_state& state, std::size_t finger) { add(state, event.utime, side_[finger]); },
                        [&](const servo_force& force, std::size_t finger) { add(force, event.utime, side_[finger]); },
                        [&](const body_pose& pose, std::size_t) { body_.take(pose); },
+                       [&](const tool_wrench& wrench, std::size_t) { body_.take(wrench); },
                        [&](const contact& touched, std::size_t finger) { add(touched, side_[finger]); },
                        [&](const servo_status& status, std::size_t) { add(status, side_[0]); }});
         if (heard == Heard::damaged || heard == Heard::other_version) ++timeline_.damaged;
@@ -100,11 +101,9 @@ private:
         if (asked == nullptr) return;
         Tick* const tick = &side.ticks[asked->tick];
         std::copy_n(touched.god_object_m, 3, tick->god_object_m.begin());
-        tick->depth_m = tick->stored_j = 0.0;
-        if (touched.touches == 0) return;
-        const Eigen::Vector3d u_m = body_.offset_m(touched);
-        tick->depth_m = u_m.norm();
-        for (const auto& load_n : touched.force_n) tick->stored_j += 0.5 * Eigen::Vector3d(load_n.data()).dot(u_m);
+        const BodyFrame::Dent dent = body_.dent_of(touched);
+        tick->depth_m = dent.depth_m;
+        tick->stored_j = dent.stored_j;
     }
 
     void add(const servo_status& status, const Side& side) {

@@ -6,6 +6,7 @@
 #include "host/link/connection.hpp"
 #include "host/link/messages.hpp"
 #include "host/session/scene.hpp"
+#include "host/session/stepper.hpp"
 
 namespace haptable {
 
@@ -27,14 +28,20 @@ public:
     /// utime: of the tick; answers of one tick have the same.
     void publish_force(const device_state& state, const haptable_output& output, std::int64_t utime,
                        std::size_t finger = 0);
-    /// After publish_force of that finger.
-    void publish_contact(const device_state& state, const haptable_output& output, std::size_t finger = 0);
+    /// Before publish_force, whose time it has.
+    void publish_wrench(const device_state& state, const ToolOutput& tool, std::int64_t utime);
+    /// After publish_force of that finger. tool: null, or its points' loads are listed in place of the output's.
+    void publish_contact(const device_state& state, const haptable_output& output, std::size_t finger = 0,
+                         const ToolOutput* tool = nullptr);
 
 private:
+    void add_loads(const haptable_output& output);
+
     ServoScene scene_;
     Connection& connection_;
     servo_force force_{};
     contact contact_{};
+    tool_wrench wrench_{};
 };
 
 }  // namespace haptable

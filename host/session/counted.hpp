@@ -14,6 +14,7 @@ namespace haptable {
     X(other_servo_states)   /* of a device that belongs to another servo: not answered */ \
     X(other_device_states)  /* while another device has the servo: told so */             \
     X(odd_states)           /* without a mode, a session or a number */                   \
+    X(poseless_states)      /* of a tool, whose hand_pose had not come: not answered */   \
     X(old_states)           /* overtaken, or a second one with a number */                \
     X(stopped_states)       /* whose time had not run: as if none had come */             \
     X(late_states)          /* that waited 20 ms for the servo: as if none had come */    \

@@ -21,26 +21,42 @@ double stored(const std::array<float, 3>& inside_m, const haptable_output& outpu
     return std::isfinite(sum_j) ? sum_j : 0.0;
 }
 
+/// Torque times the rotation from one tick to the next, J.
+double turned(const ToolWork& before, const std::array<float, 4>& now) {
+    const auto q = [&](std::size_t i) { return double{now[i]}; };
+    const auto p = [&](std::size_t i) { return double{before.turn[i]}; };
+    // now times the conjugate of before: a small angle, whose sine is the angle to the third order.
+    const double w = q(0) * p(0) + q(1) * p(1) + q(2) * p(2) + q(3) * p(3), sign = w < 0.0 ? -2.0 : 2.0;
+    const std::array<double, 3> angle{p(0) * q(1) - q(0) * p(1) + q(3) * p(2) - q(2) * p(3),
+                                      p(0) * q(2) - q(0) * p(2) + q(1) * p(3) - q(3) * p(1),
+                                      p(0) * q(3) - q(0) * p(3) + q(2) * p(1) - q(1) * p(2)};
+    double work_j = 0.0;
+    for (std::size_t axis = 0; axis < 3; ++axis) work_j += sign * angle[axis] * double{before.torque_n_m[axis]};
+    return work_j;
+}
+
 }  // namespace
 
 void EnergyAccount::add(const std::array<float, 3>& finger_m, const haptable_output& output,
-                        const std::array<float, 3>& inside_m) {
+                        const std::array<float, 3>& inside_m, const ToolWork* tool) {
     const std::optional<Held> before = std::exchange(last_, std::nullopt);
     stored_j_ = 0.0;
     if (haptable_touches(output.state) == 0 && output.state != HAPTABLE_FREE) return;
-    last_ = Held{finger_m, {output.force_n[0], output.force_n[1], output.force_n[2]}};
-    if (haptable_touches(output.state) != 0) stored_j_ = stored(inside_m, output);
+    last_ = Held{finger_m, {output.force_n[0], output.force_n[1], output.force_n[2]}, {}};
+    if (tool != nullptr) last_->tool = *tool;
+    if (haptable_touches(output.state) != 0) stored_j_ = tool != nullptr ? tool->stored_j : stored(inside_m, output);
     most_stored_j_ = std::max(most_stored_j_, stored_j_);
     for (std::size_t axis = 0; before && axis < 3; ++axis)
         given_j_ += double{before->force_n[axis]} * (double{finger_m[axis]} - double{before->finger_m[axis]});
+    if (before && tool != nullptr) given_j_ += turned(before->tool, tool->turn);
     most_given_j_ = std::max(most_given_j_, given_j_);
 }
 
 void ForceReport::note(const std::array<float, 3>& finger_m, const haptable_output& output,
-                       const std::array<float, 3>& inside_m) {
+                       const std::array<float, 3>& inside_m, const ToolWork* tool) {
     const float* force_n = output.force_n;
     largest_force_n = std::max(largest_force_n, std::hypot<double>(force_n[0], force_n[1], force_n[2]));
-    energy.add(finger_m, output, inside_m);
+    energy.add(finger_m, output, inside_m, tool);
 }
 
 void ForceReport::add_to(SummaryLines& summary, const std::string& suffix) const {

@@ -12,6 +12,13 @@
 
 namespace haptable {
 
+/// What a tool adds to its hand's tick.
+struct ToolWork {
+    std::array<float, 4> turn{};        ///< of the hand, w x y z
+    std::array<float, 3> torque_n_m{};  ///< on it
+    double stored_j = 0.0;              ///< by all points
+};
+
 /// Kept on the host, in double: the servo pays nothing for it. Fixed memory, any number of ticks.
 class EnergyAccount {
 public:
@@ -20,7 +27,9 @@ public:
     /// none.
     /// inside_m: where the finger was in body coordinates, as the output's god-object and loads are; of a body that is
     /// held finger_m.
-    void add(const std::array<float, 3>& finger_m, const haptable_output& output, const std::array<float, 3>& inside_m);
+    /// tool: of one, whose finger is its handle: its torque does work too, and what it stores is its points'.
+    void add(const std::array<float, 3>& finger_m, const haptable_output& output, const std::array<float, 3>& inside_m,
+             const ToolWork* tool = nullptr);
     void add(const std::array<float, 3>& finger_m, const haptable_output& output) { add(finger_m, output, finger_m); }
 
     /// 1/2 u . f of the last tick, u from the god-object to the finger and f the contact's load before max_force: in
@@ -46,6 +55,7 @@ private:
     struct Held {
         std::array<float, 3> finger_m;
         std::array<float, 3> force_n;
+        ToolWork tool;
     };
 
     std::optional<Held> last_;
@@ -59,8 +69,8 @@ struct ForceReport {
     EnergyAccount energy;
 
     /// One tick, as EnergyAccount::add.
-    void note(const std::array<float, 3>& finger_m, const haptable_output& output,
-              const std::array<float, 3>& inside_m);
+    void note(const std::array<float, 3>& finger_m, const haptable_output& output, const std::array<float, 3>& inside_m,
+              const ToolWork* tool = nullptr);
     void note(const std::array<float, 3>& finger_m, const haptable_output& output) { note(finger_m, output, finger_m); }
     /// suffix: at the end of each name.
     void add_to(SummaryLines& summary, const std::string& suffix = "") const;

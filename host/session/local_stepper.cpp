@@ -2,6 +2,7 @@
 // silent? -> buttons -> step of one, or of two at once -> noted
 #include "host/session/local_stepper.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 
 namespace haptable {
@@ -15,6 +16,35 @@ static_assert(kFingers == HAPTABLE_FINGERS);
 
 LocalStepper::LocalStepper(const ServoScene& scene) : Stepper(scene), state_(state_of(scene)) {
     require_whole_tables(scene, state_);
+    if (state_.tool() == nullptr) return;
+    tool_.emplace();
+    release(0);
+}
+
+/// The tool's output besides the hand's.
+void LocalStepper::take_tool(const haptable_tool_output& out) {
+    out_[0] = out.hand;
+    std::copy_n(out.torque_n_m, 3, tool_->torque_n_m.begin());
+    std::copy_n(out.position_m, 3, tool_->position_m.begin());
+    std::copy_n(out.turn, 4, tool_->turn.begin());
+    tool_->stored_j = state_.tool_energy_j();
+    tool_->point.resize(state_.tool()->point_count);
+    tool_->point_m.resize(tool_->point.size());
+    const Eigen::Quaternionf turn(out.turn[0], out.turn[1], out.turn[2], out.turn[3]);
+    for (std::size_t i = 0; i < tool_->point.size(); ++i) {
+        tool_->point[i] = state_.point(i);
+        Eigen::Map<Eigen::Vector3f>(tool_->point_m[i].data()) =
+            Eigen::Vector3f(out.position_m) + turn * Eigen::Vector3f(state_.tool()->point_m[i]);
+    }
+}
+
+void LocalStepper::step(const haptable_input in[], const FingerInputs& fingers, std::uint32_t now_us) {
+    if (!tool_) return state_.step(in, now_us, out_.data());
+    haptable_tool_input tool{in[0], {1.0F, 0.0F, 0.0F, 0.0F}};
+    if (fingers[0]) std::copy_n(fingers[0]->turn.begin(), 4, tool.turn);
+    haptable_tool_output out{};
+    state_.step(tool, now_us, out);
+    take_tool(out);
 }
 
 void LocalStepper::tick(const FingerInputs& in, std::uint32_t now_us) {
@@ -29,7 +59,7 @@ void LocalStepper::tick(const FingerInputs& in, std::uint32_t now_us) {
         to[finger].buttons = in[finger]->buttons;
         std::copy_n(in[finger]->at_m.begin(), 3, to[finger].finger_m);
     }
-    state_.step(to, now_us, out_.data());
+    step(to, in, now_us);
     tick_us_ = to_us(Clock::now() - begun);
     step_.add(tick_us_);
     note(in);
@@ -43,7 +73,13 @@ bool LocalStepper::begin(const TickRequest& request) {
 void LocalStepper::release(std::size_t finger) {
     haptable_servo& servo = state_.servo(finger);
     const bool was_there = servo.state != HAPTABLE_SILENT;
-    haptable_servo_watch(&servo, servo.position_us + HAPTABLE_SILENCE_US, &out_[finger]);
+    if (tool_) {
+        haptable_tool_output out{};
+        state_.release(servo.position_us + HAPTABLE_SILENCE_US, out);
+        take_tool(out);
+    } else {
+        haptable_servo_watch(&servo, servo.position_us + HAPTABLE_SILENCE_US, &out_[finger]);
+    }
     if (was_there) end_account(finger);
 }
 

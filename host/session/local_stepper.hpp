@@ -32,10 +32,15 @@ public:
     void idle() override;
     const haptable_body_state* touched() const override { return state_.touched(); }
     const haptable_modes_state* modes() const override { return state_.modes(); }
+    const ToolOutput* tool() const override { return tool_ ? &*tool_ : nullptr; }
     void count(std::size_t finger, const Visit& visit) const override;
 
 private:
+    void step(const haptable_input in[], const FingerInputs& fingers, std::uint32_t now_us);
+    void take_tool(const haptable_tool_output& out);
+
     SceneState state_;
+    std::optional<ToolOutput> tool_;  ///< none where the scene has none
     DurationStatistics step_;
 };
 

@@ -24,7 +24,8 @@ public:
     /// One line. Floats have 9 digits, so that reading them back gives the same bits. A finger that is not in `in` is
     /// nowhere (nan). body: where it was in the tick; contact and god-object are in its coordinates.
     void add(std::int64_t tick, const FingerInputs& in, const FingerOutputs& out,
-             const haptable_body_state* body = nullptr, const haptable_modes_state* modes = nullptr);
+             const haptable_body_state* body = nullptr, const haptable_modes_state* modes = nullptr,
+             const ToolOutput* tool = nullptr);
     /// As TextFile::keep and TextFile::flush: for a session, whose record survives whatever happens.
     void keep() { file_.keep(); }
     void flush() { file_.flush(); }
@@ -33,6 +34,8 @@ public:
 
 private:
     void append(const std::optional<FingerInput>& input, const haptable_output& out);
+    void append_contact(const haptable_output& out);
+    void append_tool(const std::array<float, 4>& turn, const ToolOutput& tool);
 
     ServoScene scene_;
     TextFile file_;

@@ -19,6 +19,7 @@ struct ServoScene {
     const haptable_pair_model* pair = nullptr;  ///< of two fingers; null: one
     const haptable_modes* modes = nullptr;      ///< its modes; null: it follows at once
     const haptable_body* body = nullptr;        ///< of one that nothing holds; null: it is held
+    const haptable_tool_model* tool = nullptr;  ///< that the hand holds; null: a finger, or two
 };
 
 /// A finger position as the servo takes it. A double beyond the range of floats becomes infinite (IEEE 754), which
@@ -28,7 +29,9 @@ inline std::array<float, 3> to_finger(const double position_m[3]) {
 }
 
 /// A state that knows no finger yet.
-inline SceneState state_of(const ServoScene& scene) { return {*scene.model, scene.pair, scene.body, scene.modes}; }
+inline SceneState state_of(const ServoScene& scene) {
+    return {*scene.model, scene.pair, scene.body, scene.modes, scene.tool};
+}
 
 /// The check before the first force. Throws Error where the tables are not what codegen wrote.
 inline void require_whole_tables(const ServoScene& scene, SceneState& state) {

@@ -11,6 +11,19 @@
 
 namespace haptable {
 
+namespace {
+
+constexpr std::size_t kPoses = 64;  // ms that a state may be behind its pose
+
+std::array<float, 4> to_turn(const hand_pose& pose) {
+    std::array<float, 4> turn{};
+    std::transform(std::begin(pose.turn), std::end(pose.turn), turn.begin(),
+                   [](double part) { return static_cast<float>(part); });
+    return turn;
+}
+
+}  // namespace
+
 Session::Session(Stepper& stepper, Connection& connection, ServoRecord* record, LiveState::Tell tell)
     : stepper_(stepper),
       connection_(connection),
@@ -20,6 +33,11 @@ Session::Session(Stepper& stepper, Connection& connection, ServoRecord* record, 
     for (std::size_t finger = 0; finger < stepper.finger_count(); ++finger)
         side_.emplace_back(StateGate(answer_.servo(), answer_.model_hash()));
     for (std::size_t finger = 0; finger < kFingers; ++finger) subscribe(finger);
+    if (stepper.tool() != nullptr) {
+        poses_.resize(kPoses);
+        connection.subscribe<hand_pose>(channel_of<hand_pose>(),
+                                        [this](const hand_pose& pose, std::int64_t) { on_pose(pose); });
+    }
     connection.after_all([this] { step_if_ready(); });
 }
 
@@ -33,11 +51,23 @@ void Session::subscribe(std::size_t finger) {
 
 // ---- a state comes ------------------------------------------------------------------------------------------------
 
+void Session::on_pose(const hand_pose& pose) {
+    if (pose.seq >= 0) poses_[static_cast<std::size_t>(pose.seq) % poses_.size()] = pose;
+}
+
+/// How the hand holds its tool; null: that was not heard.
+const hand_pose* Session::pose_of(const device_state& state) const {
+    if (state.seq < 0 || poses_.empty()) return nullptr;
+    const hand_pose& pose = poses_[static_cast<std::size_t>(state.seq) % poses_.size()];
+    return pose.seq == state.seq && pose.session == state.session ? &pose : nullptr;
+}
+
 void Session::on_state(std::size_t finger, const device_state& state, std::int64_t received_utime) {
     Side& side = side_[finger];
     const bool waited = side.waits;
     const Clock::time_point now = Clock::now();
     if (is_mode_of_others(finger, state)) return side.gate.count_odd();
+    if (!poses_.empty() && pose_of(state) == nullptr) return side.gate.count_poseless();
     switch (side.gate.judge(state, received_utime, now)) {
         case StateIs::refused:
             return;
@@ -45,8 +75,7 @@ void Session::on_state(std::size_t finger, const device_state& state, std::int64
             return answer_.refuse(state, side.gate.state().session, finger);
         case StateIs::repeated:
             // The device did not get our answer: the same again, so that a lost message changes no result.
-            if (!side.is_asked && !side.waits)
-                answer_.publish_force(side.state, stepper_.output(finger), side.answered_utime, finger);
+            if (!side.is_asked && !side.waits) publish_force(side.state, finger, side.answered_utime);
             return step_if_ready();
         case StateIs::beginning:
             side.begins = true;
@@ -128,6 +157,8 @@ TickRequest Session::take_states(Clock::time_point now) {
         if (there)
             request.in[finger] =
                 FingerInput{to_finger(side.state.position_m), buttons_of(side.state), side.waits && side.begins};
+        if (const hand_pose* pose = pose_of(side.state); there && pose != nullptr)
+            request.in[finger]->turn = to_turn(*pose);
     }
     in_ = request.in;
     tick_number_ = side_.size() == 1 ? side_[0].state.seq : numbers_.next(stepper_.is_first_tick(in_));
@@ -163,11 +194,13 @@ void Session::finish() {
     publish_motion();
     for (std::size_t finger = 0; finger < side_.size(); ++finger) {
         Side& side = side_[finger];
-        if (std::exchange(side.is_asked, false)) answer_.publish_contact(side.state, stepper_.output(finger), finger);
+        if (std::exchange(side.is_asked, false))
+            answer_.publish_contact(side.state, stepper_.output(finger), finger, stepper_.tool());
     }
     stepper_.idle();
     note_rejected();
-    if (record_ != nullptr) record_->add(tick_number_, in_, stepper_.outputs(), stepper_.touched(), stepper_.modes());
+    if (record_ != nullptr)
+        record_->add(tick_number_, in_, stepper_.outputs(), stepper_.touched(), stepper_.modes(), stepper_.tool());
     step_if_ready();
 }
 
@@ -177,12 +210,18 @@ void Session::publish_forces() {
     for (std::size_t finger = 0; finger < side_.size(); ++finger) {
         Side& side = side_[finger];
         if (!side.is_asked) continue;
-        answer_.publish_force(side.state, stepper_.output(finger), tick_utime_, finger);
+        publish_force(side.state, finger, tick_utime_);
         side.answered_utime = tick_utime_;
         const auto latency_us = static_cast<double>(utime_now() - side.asked_utime);
         side.link.latency.add(latency_us);
         if (latency_us > static_cast<double>(kTick.count())) ++side.link.late_ticks;
     }
+}
+
+/// A tool's torque first: who takes the force has it then.
+void Session::publish_force(const device_state& state, std::size_t finger, std::int64_t utime) {
+    if (stepper_.tool() != nullptr) answer_.publish_wrench(state, *stepper_.tool(), utime);
+    answer_.publish_force(state, stepper_.output(finger), utime, finger);
 }
 
 /// For the first finger that is answered.
@@ -246,8 +285,8 @@ void Session::watch(std::size_t finger, Clock::time_point now) {
     stepper_.release(finger);
     const device_state& state = side.gate.state();
     side.answered_utime = is_simulated(state) ? tick_utime_ : utime_now();
-    answer_.publish_force(state, stepper_.output(finger), side.answered_utime, finger);
-    answer_.publish_contact(state, stepper_.output(finger), finger);
+    publish_force(state, finger, side.answered_utime);
+    answer_.publish_contact(state, stepper_.output(finger), finger, stepper_.tool());
 }
 
 // ---- what is told -------------------------------------------------------------------------------------------------

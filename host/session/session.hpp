@@ -74,6 +74,8 @@ private:
     };
 
     void subscribe(std::size_t finger);
+    void on_pose(const hand_pose& pose);
+    const hand_pose* pose_of(const device_state& state) const;
     void on_state(std::size_t finger, const device_state& state, std::int64_t received_utime);
     bool is_mode_of_others(std::size_t finger, const device_state& state) const;
     bool is_there(std::size_t finger, Clock::time_point now) const;
@@ -86,6 +88,7 @@ private:
     void end_waiting();
     void finish();
     void publish_forces();
+    void publish_force(const device_state& state, std::size_t finger, std::int64_t utime);
     void publish_motion();
     void note_rejected();
     Clock::time_point silent_at(std::size_t finger) const;
@@ -98,6 +101,7 @@ private:
     ServoRecord* record_;
     Answer answer_;
     std::vector<Side> side_;
+    std::vector<hand_pose> poses_;  ///< of a tool: the newest, each at seq modulo their number
     FingerInputs in_;               ///< the tick under way, or the last one
     TickNumbers numbers_;           ///< of two fingers' ticks, in the record
     std::int64_t tick_number_ = 0;  ///< the same, of that tick

@@ -29,6 +29,7 @@ public:
     StateIs judge(const device_state& state, std::int64_t received_utime, Clock::time_point now);
     void count_skipped() { ++counters_.skipped_states; }
     void count_odd() { ++counters_.odd_states; }
+    void count_poseless() { ++counters_.poseless_states; }
     void count_absent_finger() { ++counters_.absent_finger_states; }
 
     bool has_states() const { return has_states_; }

@@ -31,7 +31,10 @@ void Stepper::note(const FingerInputs& in) {
             const std::array<float, 3>& at_m = in[finger]->at_m;
             std::array<float, 3> inside_m = at_m;
             if (scene_.body != nullptr) haptable_body_from_world(scene_.body, touched(), at_m.data(), inside_m.data());
-            forces_[finger].note(at_m, out_[finger], inside_m);
+            const ToolOutput* const held = tool();
+            const ToolWork work =
+                held != nullptr ? ToolWork{in[finger]->turn, held->torque_n_m, held->stored_j} : ToolWork();
+            forces_[finger].note(at_m, out_[finger], inside_m, held != nullptr ? &work : nullptr);
         }
         given_j += forces_[finger].energy.given_j();
     }

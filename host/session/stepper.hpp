@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <vector>
 
 #include "host/link/clock.hpp"
 #include "host/link/messages.hpp"
@@ -18,7 +19,18 @@ namespace haptable {
 struct FingerInput {
     std::array<float, 3> at_m{};
     std::uint32_t buttons = 0;
-    bool begins = false;  ///< what was before is forgotten
+    bool begins = false;                                ///< what was before is forgotten
+    std::array<float, 4> turn{1.0F, 0.0F, 0.0F, 0.0F};  ///< of a tool, w x y z: from its axes to the world's
+};
+
+/// What a tick gives of a tool beside the hand's output, whose contact is that of the point that presses most.
+struct ToolOutput {
+    std::array<float, 3> torque_n_m{};  ///< on the hand, about the handle
+    std::array<float, 3> position_m{};  ///< of the handle, where the tool is drawn
+    std::array<float, 4> turn{1.0F, 0.0F, 0.0F, 0.0F};
+    std::vector<haptable_output> point;         ///< each point's contact, as a finger's
+    std::vector<std::array<float, 3>> point_m;  ///< where each is
+    double stored_j = 0.0;                      ///< by all points
 };
 
 /// By finger; none: it has no device, or that is silent.
@@ -60,6 +72,8 @@ public:
     virtual const haptable_body_state* touched() const = 0;
     /// The modes at the end of the last tick. Null where there are none.
     virtual const haptable_modes_state* modes() const = 0;
+    /// The tool in the last tick. Null where a scene has none.
+    virtual const ToolOutput* tool() const { return nullptr; }
     /// Its own counters.
     virtual void count(std::size_t finger, const Visit& visit) const = 0;
 

@@ -28,7 +28,7 @@ constexpr std::chrono::seconds kServoGone{1};
 
 Eigen::Vector3d vector(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
 
-/// Where the body is and how far it has swung, as the servo has said last.
+/// Where body and tool are and how far the body has swung, as the servo has said last.
 class LastMotion {
 public:
     void take(const body_modes& message) {
@@ -40,6 +40,22 @@ public:
         pose_ = pose_of(vector(message.rest_centre_m), vector(message.centre_m),
                         {message.turn[0], message.turn[1], message.turn[2], message.turn[3]});
     }
+    void take(const tool_wrench& message) {
+        holding_ = message.servo;
+        tool_.reset();
+        const std::optional<Eigen::Isometry3d> pose =
+            pose_of(Eigen::Vector3d::Zero(), vector(message.position_m),
+                    {message.turn[0], message.turn[1], message.turn[2], message.turn[3]});
+        if (!pose) return;
+        tool_.emplace(ContactFrame::Tool{*pose, {}});
+        for (std::size_t i = 0; i < static_cast<std::size_t>(message.count); ++i) {
+            const Eigen::Vector3d at_m(message.god_object_m[i].data());
+            if (message.touches[i] != 0 && at_m.allFinite()) tool_->god_object_m.push_back(at_m);
+        }
+    }
+    std::optional<ContactFrame::Tool> tool(const contact& message) const {
+        return message.servo == holding_ ? tool_ : std::nullopt;
+    }
     std::optional<Eigen::Isometry3d> of(const contact& message) const {
         return message.servo == servo_ ? pose_ : std::nullopt;
     }
@@ -49,8 +65,9 @@ public:
     }
 
 private:
-    std::int64_t servo_ = 0, ringing_ = 0;
+    std::int64_t servo_ = 0, ringing_ = 0, holding_ = 0;
     std::optional<Eigen::Isometry3d> pose_;
+    std::optional<ContactFrame::Tool> tool_;
     std::vector<float> swung_;
 };
 
@@ -115,6 +132,7 @@ public:
             if (one) {
                 one->pose = motion.of(message);
                 one->modes = motion.modes(message);
+                one->tool = motion.tool(message);
             }
         newest_ = finger;
     }
@@ -249,6 +267,7 @@ RecordedContacts read_contact_log(const std::filesystem::path& file, const Conta
                 event->channel, event->data,
                 Overloaded{[&](const body_pose& pose, std::size_t) { selection.motion.take(pose); },
                            [&](const body_modes& modes, std::size_t) { selection.motion.take(modes); },
+                           [&](const tool_wrench& wrench, std::size_t) { selection.motion.take(wrench); },
                            [&](const contact& touched, std::size_t finger) { selection.take(finger, touched); }});
             if (heard == Heard::damaged || heard == Heard::other_version)
                 left_out.add(reason_of(heard, *event, file.string()));
@@ -313,6 +332,8 @@ FollowedContacts follow_contacts(const ContactLoads& loads, const LiveLimits& li
                                     [&](const body_pose& m, std::int64_t) { newest.motion.take(m); });
     connection.subscribe<body_modes>(channel_of<body_modes>(),
                                      [&](const body_modes& m, std::int64_t) { newest.motion.take(m); });
+    connection.subscribe<tool_wrench>(channel_of<tool_wrench>(),
+                                      [&](const tool_wrench& m, std::int64_t) { newest.motion.take(m); });
     for (std::size_t finger = 0; finger < kFingers; ++finger)
         connection.subscribe<contact>(
             channel_of<contact>(finger),

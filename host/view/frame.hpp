@@ -31,6 +31,13 @@ struct ContactFrame {
         bool contact = false;
     };
     std::optional<Second> second;
+    /// A tool, whose handle is the finger: from its axes to the world's, and the god-objects of the points that touch,
+    /// in the body's coordinates.
+    struct Tool {
+        Eigen::Isometry3d pose;
+        std::vector<Eigen::Vector3d> god_object_m;
+    };
+    std::optional<Tool> tool;
     std::vector<NodalForce> loads;  ///< of the body (equation 10); or of a dent
     std::vector<float> modes;       ///< how far they have swung, sqrt(kg) m; none where the record does not say
 };

@@ -10,6 +10,7 @@
 #include "host/base/error.hpp"
 #include "host/base/si.hpp"
 #include "host/tables/checks.hpp"
+#include "host/tables/tool.hpp"
 #include "host/view/colormap.hpp"
 #include "host/view/figure.hpp"
 
@@ -41,6 +42,7 @@ Painter::Painter(const Tables& tables, const TablesFolder& folder, const ViewOpt
     if (deform) {
         deformation_.emplace(tables, folder);
         modes_ = read_drawn_modes(tables, folder);
+        if (const std::optional<ToolTables> tool = read_tool(folder)) renderer_.set_tool(tool->surface_corner_m);
         if (view.color == "stress") stress_.emplace(tables, folder, surface_);
     } else
         check_ = read_mesh_check(folder, tables.position.size());
@@ -103,10 +105,15 @@ Markers Painter::markers(const ContactFrame& frame, const Ranges& ranges) const 
         markers.others.push_back(this->markers(second, ranges));
     }
     const Eigen::Vector3f god_object = to_float(frame.pose ? *frame.pose * frame.god_object_m : frame.god_object_m);
-    if (frame.finger_known) markers.finger = to_float(frame.finger_m);
+    if (frame.tool) {
+        markers.tool = frame.tool->pose.matrix().cast<float>();
+        for (const Eigen::Vector3d& at : frame.tool->god_object_m)
+            markers.touching.push_back(to_float(frame.pose ? *frame.pose * at : at));
+    }
+    const bool is_seen = frame.finger_known && !frame.tool;  // a handle is within its tool
+    if (is_seen) markers.finger = to_float(frame.finger_m);
     if (!frame.contact) return markers;
-    if (frame.finger_known)
-        markers.finger = god_object + static_cast<float>(view_.exaggeration) * (*markers.finger - god_object);
+    if (is_seen) markers.finger = god_object + static_cast<float>(view_.exaggeration) * (*markers.finger - god_object);
     markers.god_object = god_object;
     if (!(ranges.force_n > 0.0)) return markers;
     const Eigen::Vector3f arrow = kLongestArrow * renderer_.size_m() * to_float(frame.force_n / ranges.force_n);
@@ -132,16 +139,19 @@ void Painter::add_place(Annotation& notes) const {
 
 void Painter::add_caption(const ContactFrame& frame, const Ranges& ranges, Annotation& notes) const {
     const Eigen::Vector3d god_object_m = frame.pose ? *frame.pose * frame.god_object_m : frame.god_object_m;
-    const double depth_m = frame.contact ? (frame.finger_m - god_object_m).norm() : 0.0;
+    // A tool's handle is at no depth.
+    const double depth_m = frame.contact && !frame.tool ? (frame.finger_m - god_object_m).norm() : 0.0;
     notes.title = tables_.name;
-    notes.details = {fmt::format("t = {:.3f} s", frame.time_s), fmt::format("tick {}", frame.number),
-                     "u = " + si(depth_m, "m"), "|F| = " + si(frame.force_n.norm(), "N")};
+    notes.details = {
+        fmt::format("t = {:.3f} s", frame.time_s), fmt::format("tick {}", frame.number),
+        frame.tool ? fmt::format("{} points touch", frame.tool->god_object_m.size()) : "u = " + si(depth_m, "m"),
+        "|F| = " + si(frame.force_n.norm(), "N")};
     constexpr double kSame = 0.02;  // of the speed: nobody sees it
     if (view_.speed > 0.0 && std::abs(view_.speed - 1.0) > kSame)
         notes.details.push_back(view_.speed < 1.0 ? fmt::format("{:.3g} times slower", 1.0 / view_.speed)
                                                   : fmt::format("{:.3g} times faster", view_.speed));
     if (view_.exaggeration != 1.0) notes.details.push_back(fmt::format("displacements x {:g}", view_.exaggeration));
-    notes.legend = {{"finger", kFingerColor[0]}};
+    notes.legend = {{frame.tool ? "tool" : "finger", kFingerColor[0]}};
     if (ranges.second) notes.legend.push_back({"second finger", kFingerColor[1]});
     notes.legend.push_back({"god-object", kGodObjectColor});
     notes.legend.push_back({"force on the finger", kArrowColor, LegendEntry::Sign::arrow});

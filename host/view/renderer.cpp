@@ -137,6 +137,7 @@ Renderer::Renderer(const ViewOptions& view, const DrawnSurface& surface)
       rod_({3, 3}),
       cone_({3, 3}),
       ghost_({3, 3}),
+      tool_({3, 3}),
       has_ghost_(view.ghost),
       smooths_(view.samples == 1) {
     sphere_.upload(sphere_shape(), GL_STATIC_DRAW);
@@ -250,6 +251,9 @@ PixelBox Renderer::bounds(const DrawnSurface& surface, const Markers& markers) c
     }
     for (const auto& marker : {markers.finger, markers.god_object, markers.arrow_tip})
         if (marker) include(*marker, kSphereShare * size_m_);
+    for (const Vector3f& corner : tool_m_)
+        if (markers.tool) include((*markers.tool * corner.homogeneous()).head<3>(), 0.0F);
+    for (const Vector3f& at : markers.touching) include(at, kSphereShare * size_m_);
     for (const Markers& other : markers.others)
         for (const auto& marker : {other.finger, other.god_object, other.arrow_tip})
             if (marker) include(*marker, kSphereShare * size_m_);
@@ -293,6 +297,25 @@ void Renderer::draw_ghost() {
     glDepthMask(GL_TRUE);
 }
 
+void Renderer::set_tool(std::span<const std::array<float, 3>> corner_m) {
+    std::vector<float> vertices;
+    for (const std::array<float, 3>& corner : corner_m) tool_m_.emplace_back(corner.data());
+    for (std::size_t i = 0; i + 2 < tool_m_.size(); i += 3) {
+        const Vector3f normal = (tool_m_[i + 1] - tool_m_[i]).cross(tool_m_[i + 2] - tool_m_[i]).normalized();
+        for (std::size_t c = i; c < i + 3; ++c)
+            for (const Vector3f& v : {tool_m_[c], normal}) vertices.insert(vertices.end(), {v.x(), v.y(), v.z()});
+    }
+    tool_.upload(vertices, GL_STATIC_DRAW);
+}
+
+/// Half transparent, so that the dent below it is seen, with a mark at each point that touches.
+void Renderer::draw_tool(const Markers& markers, float opacity) {
+    constexpr float kOpacity = 0.55F, kTouching = 0.5F;
+    for (const Vector3f& at : markers.touching)
+        draw_solid(sphere_, ball(at, kTouching * kSphereShare * size_m_), share(kGodObjectColor), opacity);
+    if (markers.tool && !tool_m_.empty()) draw_solid(tool_, *markers.tool, share(kFingerColor[0]), kOpacity * opacity);
+}
+
 void Renderer::draw_markers(const Markers& markers, float opacity, std::size_t number) {
     for (const Markers& other : markers.others) draw_markers(other, opacity, number + 1);
     glEnable(GL_CULL_FACE);
@@ -302,6 +325,7 @@ void Renderer::draw_markers(const Markers& markers, float opacity, std::size_t n
     set_uniform(solid_program_, "to_eye", camera_.to_eye());
     set_uniform(solid_program_, "to_clip", camera_.to_clip());
     const float radius = kSphereShare * size_m_;
+    if (markers.tool) draw_tool(markers, opacity);
     if (markers.god_object && markers.finger && (*markers.god_object - *markers.finger).norm() > radius)
         draw_solid(rod_, along(*markers.god_object, *markers.finger, kRod * size_m_), share(kArrowColor), opacity);
     if (markers.finger) draw_solid(sphere_, ball(*markers.finger, radius), share(kFingerColor.at(number)), opacity);

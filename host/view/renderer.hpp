@@ -22,6 +22,8 @@ struct Markers {
     std::optional<Eigen::Vector3f> god_object;
     std::optional<Eigen::Vector3f> arrow_tip;  ///< of the force, which starts at the god-object
     std::vector<Markers> others;               ///< of further fingers
+    std::optional<Eigen::Matrix4f> tool;       ///< from its axes to the world's
+    std::vector<Eigen::Vector3f> touching;     ///< god-objects of its points
 };
 
 /// What the surface's colours show.
@@ -43,6 +45,8 @@ public:
     /// The body's size, m, by which the markers are sized: the diagonal of a cube as large as the rest shape's box.
     float size_m() const { return size_m_; }
 
+    /// Markers have this tool: corners of its triangles, three each.
+    void set_tool(std::span<const std::array<float, 3>> corner_m);
     /// Draws the surface as it is deformed now, coloured by `shading`.
     void draw(const DrawnSurface& surface, const Markers& markers, const Shading& shading, Image& image);
 
@@ -54,6 +58,7 @@ private:
     void draw_surface(bool inside_too);
     void draw_ghost();
     void draw_markers(const Markers& markers, float opacity, std::size_t number = 0);
+    void draw_tool(const Markers& markers, float opacity);
     void draw_solid(const Triangles& shape, const Eigen::Matrix4f& place, const Eigen::Vector3f& color, float opacity);
 
     Eigen::Matrix3f upright_;
@@ -72,6 +77,8 @@ private:
     Triangles rod_;
     Triangles cone_;
     Triangles ghost_;
+    Triangles tool_;
+    std::vector<Eigen::Vector3f> tool_m_;  ///< its corners
     bool has_ghost_;
     bool smooths_;
     Image background_;            ///< with the ground

@@ -26,6 +26,9 @@ constexpr std::size_t kPose = 7;
 // Columns of a second finger, behind the first's and its buttons, state and faults.
 constexpr std::string_view kSecondColumns = ",faults,x2,y2,z2,contact2,";
 constexpr std::size_t kSecond = 20, kSecondEnd = 36;
+// Columns of a tool: where it is drawn, then each point's contact as a finger's.
+constexpr std::string_view kToolColumns = ",tool_x,tool_y,tool_z,tool_qw,tool_qx,tool_qy,tool_qz";
+constexpr std::size_t kPointColumns = 13;
 constexpr double kTick_s = 0.001;
 // The servo computes area coordinates in single precision: they may miss 0, 1 and the sum 1 by some of its last digits.
 constexpr double kAlphaSlack = 1e-4;
@@ -41,7 +44,8 @@ struct Row {
     std::int64_t tick = 0;
     Finger first;
     std::optional<Finger> second;
-    std::array<double, kPose> pose{};
+    std::array<double, kPose> pose{}, tool{};
+    std::vector<Finger> points;  ///< of a tool, those that touch
     std::vector<float> modes;
 };
 
@@ -68,6 +72,12 @@ public:
                 "the header is not the one of a servo's CSV: it begins with tick,x,y,z,contact; give the file that "
                 "servo --replay IN --out OUT wrote");
         has_pose_ = header.ends_with(kPoseColumns);
+        if (const std::size_t at = header.find(kToolColumns); at != std::string_view::npos)
+            tool_ = static_cast<std::size_t>(
+                std::count(header.begin(), header.begin() + static_cast<std::ptrdiff_t>(at) + 1, ','));
+        for (std::size_t at = 0; (at = header.find(",contact_p", at)) != std::string_view::npos; ++at) ++points_;
+        if (points_ > 0 && (tool_ == 0 || tool_ + kPose + kPointColumns * points_ > columns_))
+            fail("the header's columns of a tool are not a servo's: make the file again with the servo");
         for (std::size_t at = 0; (at = header.find(",mode_", at)) != std::string_view::npos; ++at) ++modes_;
         std::vector<ContactFrame> frames;
         std::size_t rows = 0;
@@ -126,7 +136,20 @@ private:
         const std::size_t pose = columns_ - (has_pose_ ? kPose : 0), modes = pose - modes_;
         for (std::size_t k = modes; k < pose; ++k) row.modes.push_back(number<float>(field[k], "a mode"));
         for (std::size_t k = pose; k < columns_; ++k) row.pose[k - pose] = number<double>(field[k], "the body's place");
+        if (tool_ > 0) read_tool(field, row);
         return row;
+    }
+
+    void read_tool(const std::vector<std::string>& field, Row& row) const {
+        for (std::size_t k = 0; k < kPose; ++k) row.tool[k] = number<double>(field[tool_ + k], "the tool's place");
+        for (std::size_t i = 0; i < points_; ++i) {
+            const std::size_t contact = tool_ + kPose + kPointColumns * i;
+            if (number<int>(field[contact], "a point's contact") == 0) continue;
+            // As a finger's but for its position, whose columns are another one's.
+            row.points.push_back(finger(field, contact - 3, true));
+            row.points.back().finger_m = row.points.back().god_object_m;
+            check(row.points.back());
+        }
     }
 
     /// x: the column of the finger's position, which the others of a finger follow.
@@ -174,6 +197,16 @@ private:
         for (const NodalForce& load : reaction(second, out)) out.loads.push_back(load);
     }
 
+    void add_tool(const Row& row, ContactFrame& out) const {
+        const auto pose = pose_of(Eigen::Vector3d::Zero(), {row.tool[0], row.tool[1], row.tool[2]},
+                                  {row.tool[3], row.tool[4], row.tool[5], row.tool[6]});
+        if (pose) out.tool.emplace(ContactFrame::Tool{*pose, {}});
+        for (const Finger& point : row.points) {
+            if (out.tool) out.tool->god_object_m.push_back(vector(point.god_object_m));
+            for (const NodalForce& load : reaction(point, out)) out.loads.push_back(load);
+        }
+    }
+
     void check(const Finger& finger) const {
         if (!finger.contact) {
             if (finger.node != PatchNodes{-1, -1, -1}) fail("names nodes without contact: they must be -1");
@@ -206,9 +239,11 @@ private:
                                {row.pose[3], row.pose[4], row.pose[5], row.pose[6]});
         out.modes = row.modes;
         if (row.second) add_second(row, out);
+        if (tool_ > 0) add_tool(row, out);
         if (!out.contact) return out;
         out.god_object_m = vector(row.first.god_object_m);
         out.force_n = vector(row.first.force_n);
+        if (tool_ > 0) return out;
         const Eigen::Vector3d inside_m = out.pose ? out.pose->inverse() * out.finger_m : out.finger_m;
         const std::vector<NodalForce> loads =
             has_second_ || modes_ > 0
@@ -224,7 +259,8 @@ private:
     std::size_t columns_ = kColumns;  ///< of this file
     bool has_pose_ = false, has_second_ = false;
     std::size_t modes_ = 0;
-    std::array<double, kPose> rest_{};  ///< the first row's
+    std::size_t tool_ = 0, points_ = 0;  ///< of a tool: the column of its place, 0 without one; its points
+    std::array<double, kPose> rest_{};   ///< the first row's
 };
 
 }  // namespace

@@ -94,6 +94,9 @@ private:
     void take(const Message& message, std::size_t finger) {
         ticks_.take(message, finger);
     }
+    // A tool is drawn by haptable-view's pictures.
+    void take(const hand_pose&, std::size_t) {}
+    void take(const tool_wrench&, std::size_t) {}
     void take(const servo_status& status, std::size_t) {
         if (status.model_hash == hash()) servo_seen_ = Clock::now();
     }

@@ -60,6 +60,15 @@ ServoScene servo_of(const LoadedScene& scene) {
             scene.pair(),   scene.modes(),       scene.body()};
 }
 
+/// Frames of the line have no orientation.
+void require_finger(const LoadedScene& scene) {
+    if (scene.tool() != nullptr)
+        throw Error(scene.folder().text() +
+                    ": its hand holds a tool, and the line to a target has no orientation: run its servo here "
+                    "(build/" +
+                    scene.tables().name + "/servo), or remove [tool] from the scene");
+}
+
 Line open_line(const Options& o) {
     if (!o.port.empty()) return Line::open(o.port, o.baud);
     if (!o.pipes.empty()) return Line::pipes(o.pipes[0], o.pipes[1]);
@@ -109,6 +118,7 @@ void run(Options& o) {
     std::signal(SIGPIPE, SIG_IGN);  // a line that ends is an error with a name, not the end of this program
     o.line.retry = std::chrono::microseconds(std::llround(o.retry_ms * 1000.0));
     const LoadedScene scene{TablesFolder(o.folder)};
+    require_finger(scene);
     const ServoScene servo = servo_of(scene);
     const std::string priority = o.no_realtime ? "normal priority" : ask_for_real_time(kPriority);
     std::optional<ServoRecord> record;

@@ -5,6 +5,7 @@
 
 int main(int argc, char** argv) {
     const haptable_scene& scene = HAPTABLE_MODEL_SCENE;
-    return haptable::servo_main(
-        argc, argv, {scene.model, HAPTABLE_MODEL_NODE, HAPTABLE_MODEL_NAME, scene.pair, scene.modes, scene.body});
+    return haptable::servo_main(argc, argv,
+                                {scene.model, HAPTABLE_MODEL_NODE, HAPTABLE_MODEL_NAME, scene.pair, scene.modes,
+                                 scene.body, HAPTABLE_MODEL_TOOL});
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <map>
 #include <utility>
 
 #include "host/base/error.hpp"
@@ -22,11 +23,21 @@ bool is_log(const std::filesystem::path& file) {
     return std::ifstream(file, std::ios::binary).read(begin.data(), begin.size()) && begin == kSync;
 }
 
+template <typename Parts>
+std::array<float, 4> to_turn(const Parts& turn) {
+    std::array<float, 4> rounded{};
+    std::transform(std::begin(turn), std::end(turn), rounded.begin(),
+                   [](double part) { return static_cast<float>(part); });
+    return rounded;
+}
+
 RecordedTick tick_of(const FingerTick& line, std::int64_t number, bool begins) {
     RecordedTick tick{number, static_cast<std::uint32_t>(number) * HAPTABLE_TICK_US};
-    if (!line.is_away) tick.finger[0] = RecordedFinger{line.position_m, line.buttons, begins};
+    if (!line.is_away)
+        tick.finger[0] = RecordedFinger{.position_m = line.position_m, .buttons = line.buttons, .begins = begins};
+    if (line.turn && tick.finger[0]) tick.finger[0]->turn = to_turn(*line.turn);
     if (line.second_m && !line.is_second_away)
-        tick.finger[1] = RecordedFinger{*line.second_m, line.second_buttons, begins};
+        tick.finger[1] = RecordedFinger{.position_m = *line.second_m, .buttons = line.second_buttons, .begins = begins};
     return tick;
 }
 
@@ -38,6 +49,7 @@ Recording read_csv(const std::filesystem::path& file) {
         // A servo counts its ticks anew with each device.
         const bool begins = is_numbered && !recording.ticks.empty() && number <= recording.ticks.back().number;
         if (line.second_m) recording.fingers = 2;
+        recording.has_tool |= line.turn.has_value();
         recording.ticks.push_back(tick_of(line, number, begins));
     }
     return recording;
@@ -51,7 +63,10 @@ public:
     void take(const LogReader::Event& event) {
         const Heard heard = take_message(
             event.channel, event.data,
-            Overloaded{[&](const device_state& state, std::size_t finger) { add(state, event.utime, finger); },
+            Overloaded{[&](const hand_pose& pose, std::size_t) {
+                           poses_.insert_or_assign({pose.session, pose.seq}, pose);
+                       },
+                       [&](const device_state& state, std::size_t finger) { add(state, event.utime, finger); },
                        [&](const servo_force& force, std::size_t finger) { add(force, finger); }});
         if (heard == Heard::damaged || heard == Heard::other_version) ++recording_.damaged;
     }
@@ -132,6 +147,7 @@ private:
         Answered answered{{}, asked.state.seq, static_cast<std::uint32_t>(at)};
         std::copy_n(asked.state.position_m, 3, answered.finger.position_m.begin());
         answered.finger.buttons = buttons_of(asked.state);
+        take_turn(asked.state, answered.finger);
         answered.finger.begins = begins(side, asked.state);
         answered.finger.force_n = force_n;
         keep(joined_.add(asked.finger, utime, answered));
@@ -139,6 +155,15 @@ private:
         side.last = asked.state;
         side.is_there = true;
         unanswered_.clear();
+    }
+
+    /// The hand's, of a tool; poses of states before it belong to none any more.
+    void take_turn(const device_state& state, RecordedFinger& finger) {
+        const auto pose = poses_.find({state.session, state.seq});
+        if (pose == poses_.end()) return;
+        finger.turn = to_turn(pose->second.turn);
+        recording_.has_tool = true;
+        poses_.erase(poses_.begin(), pose);
     }
 
     /// As the servo's gate judges it.
@@ -176,6 +201,7 @@ private:
     std::array<Side, kFingers> side_;
     JoinedTick<Answered> joined_;
     std::vector<Asked> unanswered_;
+    std::map<std::pair<std::int64_t, std::int64_t>, hand_pose> poses_;  ///< of a tool, by session and seq
 };
 
 Recording read_log(const std::filesystem::path& file) {

@@ -14,6 +14,7 @@ namespace haptable {
 struct RecordedFinger {
     std::array<double, 3> position_m{};
     std::uint32_t buttons = 0;
+    std::array<float, 4> turn{1.0F, 0.0F, 0.0F, 0.0F};  ///< of a tool, w x y z
     bool begins = false;  ///< a session, or a device that had let go: what was before is forgotten
     std::optional<std::array<float, 3>> force_n = {};  ///< the servo's answer, where the record has it
 };
@@ -28,6 +29,7 @@ struct RecordedTick {
 struct Recording {
     std::vector<RecordedTick> ticks;
     int fingers = 1;                ///< 2: a second one is in it
+    bool has_tool = false;          ///< of a tool's hand: with its orientation
     bool is_log = false;            ///< of a session; the ticks' numbers are those of states
     std::uint64_t tables_hash = 0;  ///< of the servo that answered; 0: the record does not say
     std::int64_t damaged = 0;       ///< parts of a log that could not be read

@@ -15,7 +15,7 @@ constexpr std::size_t kProgressEvery_ticks = 4096;
 
 std::optional<FingerInput> input(const std::optional<RecordedFinger>& finger) {
     if (!finger) return std::nullopt;
-    return FingerInput{to_finger(finger->position_m.data()), finger->buttons, finger->begins};
+    return FingerInput{to_finger(finger->position_m.data()), finger->buttons, finger->begins, finger->turn};
 }
 
 FingerInputs inputs(const RecordedTick& tick) { return {input(tick.finger[0]), input(tick.finger[1])}; }
@@ -36,6 +36,11 @@ ServoScene scene_for(ServoScene scene, const Recording& recording) {
     if (recording.fingers == 2 && scene.pair == nullptr)
         throw Error(std::string("the path has two fingers, and the scene ") + scene.name +
                     " has one: write fingers = 2 in [contact] and make it again");
+    if (recording.has_tool != (scene.tool != nullptr))
+        throw Error(std::string("the path has ") + (recording.has_tool ? "the" : "no") +
+                    " orientation of a tool, and the scene " + scene.name +
+                    (scene.tool != nullptr ? " has a [tool]: give a path x,y,z,qw,qx,qy,qz"
+                                           : " has no [tool]: give a path x,y,z"));
     if (recording.fingers == 1 && !recording.is_log) scene.pair = nullptr;
     return scene;
 }
@@ -53,7 +58,8 @@ public:
         const std::int64_t number = is_numbered_ ? tick.number : numbers_.next(fingers_.is_first_tick(in));
         fingers_.tick(in, tick.time_us);
         compare(tick, fingers_, report_);
-        if (record_) record_->add(number, in, fingers_.outputs(), fingers_.touched(), fingers_.modes());
+        if (record_)
+            record_->add(number, in, fingers_.outputs(), fingers_.touched(), fingers_.modes(), fingers_.tool());
     }
 
     ReplayReport finish() {

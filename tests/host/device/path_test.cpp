@@ -59,7 +59,8 @@ TEST_P(PathTest, ReachesItsDepthAndNoMore) {
     EXPECT_WITHIN(std::abs(deepest - options.depth_m), .epsilon = 1e-9);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, PathTest, testing::Values("poke", "drag", "circle", "poke,drag,circle,poke"));
+INSTANTIATE_TEST_SUITE_P(All, PathTest,
+                         testing::Values("poke", "drag", "circle", "roll", "poke,drag,circle,tilt,poke"));
 
 TEST(ScriptedPath, CircleKeepsItsRadius) {
     const PathOptions options = tilted();

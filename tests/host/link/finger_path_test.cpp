@@ -54,6 +54,22 @@ TEST_F(FingerPathTest, ReadsAServosOwnCsv) {
     expect_error_at(begin + "\n0.5,1,2,3,0,0\n", 2);
 }
 
+TEST_F(FingerPathTest, ReadsHowAToolIsTurned) {
+    write_file(folder / "path.csv", "x,y,z,qw,qx,qy,qz,buttons\n1,2,3,0.6,0,-0.8,0,2\n");
+    const FingerTick tick = read_finger_ticks(folder / "path.csv", Positions::finite).at(0);
+    EXPECT_EQ(tick.position_m, (std::array<double, 3>{1.0, 2.0, 3.0}));
+    EXPECT_EQ(tick.turn, (std::array<double, 4>{0.6, 0.0, -0.8, 0.0}));
+    EXPECT_EQ(tick.buttons, 2U);
+    const std::string csv = "tick,x,y,z,contact,buttons,state,faults,qw,qx,qy,qz,torque_x\n4,1,2,3,0,1,1,0,1,0,0,0,9\n";
+    write_file(folder / "path.csv", csv);
+    EXPECT_EQ(read_finger_ticks(folder / "path.csv", Positions::any).at(0).turn,
+              (std::array<double, 4>{1.0, 0.0, 0.0, 0.0}));
+    expect_error_at("x,y,z,qw,qx,qy,qz\n1,2,3,1,0,0\n", 2);
+    expect_error_at("x,y,z,qw,qx,qy,qz\n1,2,3,1,0.1,0,0\n", 2, Positions::finite);
+    EXPECT_NO_THROW(read("x,y,z,qw,qx,qy,qz\n1,2,3,1,0.1,0,0\n"));  // the servo is to see it
+    expect_error_at("x,y,z,qw\n1,2,3,1\n", 1);
+}
+
 TEST_F(FingerPathTest, ReadsButtonsWhereTheHeaderNamesThem) {
     write_file(folder / "path.csv", "x,y,z,buttons\n1,2,3,0\n4,5,6, 6\n");
     const auto ticks = read_finger_ticks(folder / "path.csv", Positions::any);

@@ -29,7 +29,7 @@ protected:
         message.session = 3;
         if constexpr (requires { message.model_hash; })
             message.model_hash = static_cast<std::int64_t>(tables_.tables_hash);
-        message.servo = 5;
+        if constexpr (requires { message.servo; }) message.servo = 5;
         if constexpr (std::is_same_v<Message, body_pose>) {
             message.turn[0] = 1.0;
             message.centre_m[2] = 0.25;
