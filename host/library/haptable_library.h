@@ -5,6 +5,7 @@
  *   object   the tables that haptable-precompute wrote: read once, then const; any number of fingers may touch it
  *   finger   one servo on an object, with a state of its own: one thread at a time
  *   fingers  two of them that feel one another's dents, of a scene with [contact] fingers = 2
+ *   held     a rigid tool of many points that one hand holds, of a scene with [tool]
  *   touch    what one tick gives: force, nodes, god-object
  *   pose     where a body is that nothing holds ([body] free = true): each servo has one of its own, which its fingers
  *            push, turn and lift
@@ -34,6 +35,7 @@ extern "C" {
 struct haptable_object;
 struct haptable_finger;
 struct haptable_fingers;
+struct haptable_held;
 
 enum haptable_touch_state {
     HAPTABLE_TOUCH_SILENT = 0,   /* no position yet, or none for 20 ms: zero force */
@@ -198,6 +200,44 @@ HAPTABLE_LIBRARY_API void haptable_fingers_swung(const struct haptable_fingers* 
 HAPTABLE_LIBRARY_API struct haptable_pose haptable_fingers_pose(const struct haptable_fingers* fingers);
 HAPTABLE_LIBRARY_API uint32_t haptable_fingers_counter(const struct haptable_fingers* fingers, uint32_t finger,
                                                        uint32_t counter);
+
+/* ---- a tool --------------------------------------------------------------------------------------------------- */
+
+/* What one tick gives of a tool: 132 bytes without padding. */
+struct haptable_wrench {
+    struct haptable_touch hand; /* force_n on the hand; the contact is that of the point that presses most */
+    float torque_n_m[3];        /* on the hand about the handle, world axes, at most the tool's max_torque */
+    float position_m[3];        /* of the handle, where the tool is: the hand's, or behind a virtual coupling */
+    float turn[4];              /* w x y z, from the tool's axes there to the world's */
+};
+
+/* Points of the tool of the object's scene; 0: it has none. */
+HAPTABLE_LIBRARY_API uint32_t haptable_object_points(const struct haptable_object* object);
+
+/* Their places about the handle, in the tool's axes: point_m[haptable_object_points]. */
+HAPTABLE_LIBRARY_API void haptable_object_tool(const struct haptable_object* object, float (*point_m)[3]);
+
+/* A servo of the tool without contact, its tables checked. NULL where it fails, or the scene has none. */
+HAPTABLE_LIBRARY_API struct haptable_held* haptable_held_new(const struct haptable_object* object);
+HAPTABLE_LIBRARY_API void haptable_held_free(struct haptable_held* held);
+
+/* One tick, as haptable_finger_step: the handle's position and the tool's orientation in, w x y z of length 1 to 1e-3
+ * (else the tick is rejected). The load is that of all points: haptable_object_deform of each, added. */
+HAPTABLE_LIBRARY_API void haptable_held_step(struct haptable_held* held, const float position_m[3], const float turn[4],
+                                             uint32_t now_us, struct haptable_wrench* wrench);
+
+/* `count` ticks, one a millisecond from begin_us on: as many calls of haptable_held_step. */
+HAPTABLE_LIBRARY_API void haptable_held_replay(struct haptable_held* held, const float (*position_m)[3],
+                                               const float (*turn)[4], size_t count, uint32_t begin_us,
+                                               struct haptable_wrench* wrench);
+
+/* Contact of a point in the last tick, 0 .. haptable_object_points() - 1. -1 beyond. */
+HAPTABLE_LIBRARY_API int haptable_held_point(const struct haptable_held* held, uint32_t point,
+                                             struct haptable_touch* touch);
+
+/* As haptable_finger_buttons and haptable_finger_counter. */
+HAPTABLE_LIBRARY_API void haptable_held_buttons(struct haptable_held* held, uint32_t buttons);
+HAPTABLE_LIBRARY_API uint32_t haptable_held_counter(const struct haptable_held* held, uint32_t counter);
 
 /* What a servo counts, by number: 0 .. haptable_library_counters() - 1. NULL beyond. */
 HAPTABLE_LIBRARY_API uint32_t haptable_library_counters(void);

@@ -16,7 +16,7 @@ namespace haptable {
 
 namespace {
 
-static_assert(sizeof(haptable_touch) == 92);
+static_assert(sizeof(haptable_touch) == 92 && sizeof(haptable_wrench) == 132);
 static_assert(int{HAPTABLE_TOUCH_SILENT} == HAPTABLE_SILENT && int{HAPTABLE_TOUCH_FREE} == HAPTABLE_FREE &&
               int{HAPTABLE_TOUCH_CONTACT} == HAPTABLE_CONTACT && int{HAPTABLE_TOUCH_REJECTED} == HAPTABLE_REJECTED &&
               int{HAPTABLE_TOUCH_LIMITED} == HAPTABLE_LIMITED && int{HAPTABLE_TOUCH_FAULTED} == HAPTABLE_FAULTED);
@@ -152,9 +152,10 @@ std::uint32_t counter_of(const haptable_counters& c, std::uint32_t counter) {
 
 /// A servo without contact, its tables checked.
 template <typename Servo>
-Servo* begin(const haptable_object& object, const haptable_pair_model* pair) {
+Servo* begin(const haptable_object& object, const haptable_pair_model* pair,
+             const haptable_tool_model* tool = nullptr) {
     const LoadedScene& scene = object.loaded->scene();
-    auto* servo = new Servo{{object.loaded, {scene.model(), pair, scene.body(), scene.modes()}}};
+    auto* servo = new Servo{{object.loaded, {scene.model(), pair, scene.body(), scene.modes(), tool}}};
     servo->state.check(HAPTABLE_CHECK_ALL);
     return servo;
 }
@@ -367,4 +368,68 @@ const char* haptable_library_counter_name(std::uint32_t counter) {
 std::uint32_t haptable_finger_counter(const haptable_finger* finger, std::uint32_t counter) {
     if (lacks(__func__, {finger})) return 0;
     return haptable::counter_of(finger->state.servo(0).counters, counter);
+}
+
+std::uint32_t haptable_object_points(const haptable_object* object) {
+    if (lacks(__func__, {object})) return 0;
+    const haptable_tool_model* const tool = object->loaded->scene().tool();
+    return tool != nullptr ? tool->point_count : 0;
+}
+
+void haptable_object_tool(const haptable_object* object, float (*point_m)[3]) {
+    const std::uint32_t count = haptable_object_points(object);
+    if (count == 0 || lacks(__func__, {point_m})) return;
+    std::copy_n(&object->loaded->scene().tool()->point_m[0][0], 3 * count, &point_m[0][0]);
+}
+
+haptable_held* haptable_held_new(const haptable_object* object) {
+    if (lacks(__func__, {object})) return nullptr;
+    return guarded(static_cast<haptable_held*>(nullptr), [&] {
+        const haptable::LoadedScene& scene = object->loaded->scene();
+        if (scene.tool() == nullptr)
+            throw haptable::Error(object->loaded->tables().name +
+                                  " has no tool: write [tool] in its scene and make its tables again");
+        return haptable::begin<haptable_held>(*object, nullptr, scene.tool());
+    });
+}
+
+void haptable_held_free(haptable_held* held) { delete held; }
+
+void haptable_held_step(haptable_held* held, const float position_m[3], const float turn[4], std::uint32_t now_us,
+                        haptable_wrench* wrench) {
+    if (lacks(__func__, {held, position_m, turn, wrench})) return;
+    haptable_tool_input in{haptable::input_of(position_m, held->buttons[0]), {}};
+    std::copy_n(turn, 4, in.turn);
+    haptable_tool_output out{};
+    held->state.step(in, now_us, out);
+    wrench->hand = haptable::to_touch(*held->loaded, out.hand);
+    std::copy_n(out.torque_n_m, 3, wrench->torque_n_m);
+    std::copy_n(out.position_m, 3, wrench->position_m);
+    std::copy_n(out.turn, 4, wrench->turn);
+}
+
+void haptable_held_replay(haptable_held* held, const float (*position_m)[3], const float (*turn)[4], std::size_t count,
+                          std::uint32_t begin_us, haptable_wrench* wrench) {
+    if (count > 0 && lacks(__func__, {held, position_m, turn, wrench})) return;
+    for (std::size_t i = 0; i < count; ++i)
+        haptable_held_step(held, position_m[i], turn[i], begin_us + static_cast<std::uint32_t>(i) * HAPTABLE_TICK_US,
+                           &wrench[i]);
+}
+
+int haptable_held_point(const haptable_held* held, std::uint32_t point, haptable_touch* touch) {
+    if (lacks(__func__, {held, touch})) return -1;
+    return guarded(-1, [&] {
+        if (point >= held->state.tool()->point_count)
+            throw haptable::Error("there is no point " + std::to_string(point) + " of the tool");
+        *touch = haptable::to_touch(*held->loaded, held->state.point(point));
+        return 0;
+    });
+}
+
+void haptable_held_buttons(haptable_held* held, std::uint32_t buttons) {
+    if (!lacks(__func__, {held})) held->buttons[0] = buttons;
+}
+
+std::uint32_t haptable_held_counter(const haptable_held* held, std::uint32_t counter) {
+    return lacks(__func__, {held}) ? 0 : haptable::counter_of(held->state.servo(0).counters, counter);
 }

@@ -71,3 +71,4 @@ struct haptable_object {
 };
 struct haptable_finger : haptable::Touching {};
 struct haptable_fingers : haptable::Touching {};
+struct haptable_held : haptable::Touching {};

@@ -17,6 +17,11 @@ CONTACT = np.dtype([("state", np.uint32), ("faults", np.uint32), ("nodes", np.in
                     ("god_object", np.float32, 3), ("force", np.float32, 3), ("nodal_forces", np.float32, (3, 3))])
 assert CONTACT.itemsize == ffi.sizeof("struct haptable_touch")
 
+#: What one tick gives of a tool: the hand's, then struct haptable_wrench's own.
+WRENCH = np.dtype([*((name, *CONTACT.fields[name][:1]) for name in CONTACT.names or ()), ("torque", np.float32, 3),
+                   ("position", np.float32, 3), ("turn", np.float32, 4)])
+assert WRENCH.itemsize == ffi.sizeof("struct haptable_wrench")
+
 _from_buffer, _step, _float3 = ffi.from_buffer, lib.haptable_finger_step, ffi.typeof("float[3]")
 _new_touch = ffi.new_allocator(should_clear_after_alloc=False)
 _touch_type, _float32 = ffi.typeof("struct haptable_touch*"), np.dtype(np.float32)
@@ -282,6 +287,61 @@ class Pair:
         return {name: getattr(energy, name) for name in ("stored_j", "most_stored_j", "given_j", "most_given_j")}
 
 
+class Tool:
+    """The tool of a scene with [tool], held by one hand, with a state of its own; for one thread at a time. Calls
+    release the GIL. The displacements under it are Body.deform of each of `points`, added."""
+
+    def __init__(self, body: "Body") -> None:
+        held = lib.haptable_held_new(body._object)
+        if held == ffi.NULL:
+            raise _error()
+        self.body = body
+        self._held = ffi.gc(held, lib.haptable_held_free)
+        self._us = 0
+
+    def step(self, position: ArrayLike, turn: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+             time: Optional[float] = None) -> np.void:
+        """One tick. position: [3] m of the handle; turn: [4] a quaternion w x y z of length 1, from the tool's axes to
+        the world's; time as Servo.step. Returns an element of dtype WRENCH. Raises ValueError for other shapes."""
+        us = self._us if time is None else _microseconds(time)
+        return self._replay(np.reshape(position, (1, -1)), np.reshape(turn, (1, -1)), us)[0]
+
+    def replay(self, positions: ArrayLike, turns: ArrayLike) -> NDArray[Any]:
+        """One tick a row, one a millisecond. positions: [n, 3] m, turns: [n, 4]. Returns [n] of dtype WRENCH. Raises
+        ValueError for other shapes."""
+        return self._replay(positions, turns, self._us)
+
+    def _replay(self, positions: ArrayLike, turns: ArrayLike, us: int) -> NDArray[Any]:
+        x, q = np.ascontiguousarray(positions, np.float32), np.ascontiguousarray(turns, np.float32)
+        if x.ndim != 2 or x.shape[1] != 3 or q.shape != (len(x), 4):
+            raise ValueError(f"positions: [n, 3] in m, turns: [n, 4], not {list(x.shape)} and {list(q.shape)}")
+        out = np.empty(len(x), WRENCH)
+        lib.haptable_held_replay(self._held, ffi.cast("float(*)[3]", x.ctypes.data),
+                                 ffi.cast("float(*)[4]", q.ctypes.data), len(x), us,
+                                 ffi.cast("struct haptable_wrench*", out.ctypes.data))
+        self._us = (us + 1000 * len(x)) & 0xFFFFFFFF
+        return out
+
+    @property
+    def points(self) -> NDArray[Any]:
+        """[body.points] of dtype CONTACT: each point's contact in the last tick."""
+        out = np.empty(self.body.points, CONTACT)
+        touches = ffi.cast("struct haptable_touch*", out.ctypes.data)
+        for i in range(len(out)):
+            if lib.haptable_held_point(self._held, i, touches + i) != 0:
+                raise _error()
+        return out
+
+    def buttons(self, grab: bool = False, acknowledge: bool = False) -> None:
+        """Held down from the next tick on."""
+        lib.haptable_held_buttons(self._held, 2 * bool(grab) + 4 * bool(acknowledge))
+
+    @property
+    def counters(self) -> Dict[str, int]:
+        """What the servo has counted, by name."""
+        return {name: lib.haptable_held_counter(self._held, i) for i, name in enumerate(_COUNTERS)}
+
+
 class Body:
     """The tables of a scene; any number of servos may touch it. Arrays are views of the library's memory, read-only.
 
@@ -298,6 +358,7 @@ class Body:
         self.max_force: float = facts.max_force_n  #: N
         self.fingers: int = lib.haptable_object_fingers(handle)  #: of its scene: 1 or 2
         self.free: bool = lib.haptable_object_is_free(handle) != 0  #: nothing holds it: positions are the world's
+        self.points: int = lib.haptable_object_points(handle)  #: of its scene's tool; 0: it has none
         self.modes: int = lib.haptable_object_modes(handle)  #: by which it rings; 0: it follows at once
         self.stiffness: float = facts.stiffness_n_per_m  #: N/m, the largest of any point, as felt
         self.rest: NDArray[np.float64] = self._array(facts.rest_m, np.float64, facts.node_count, 3)  #: [N, 3] m
@@ -323,6 +384,17 @@ class Body:
     def pair(self) -> Pair:
         """Two fingers without contact, of a scene that has them."""
         return Pair(self)
+
+    def tool(self) -> Tool:
+        """The tool of its scene without contact."""
+        return Tool(self)
+
+    @property
+    def tool_points(self) -> NDArray[np.float32]:
+        """[points, 3] m about the handle, in the tool's axes."""
+        places = np.empty((self.points, 3), np.float32)
+        lib.haptable_object_tool(self._object, ffi.cast("float(*)[3]", places.ctypes.data))
+        return places
 
     @property
     def normals(self) -> NDArray[np.float64]:

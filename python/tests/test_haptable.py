@@ -275,6 +275,35 @@ class Package(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "of each finger"):
             pair.replay(first, second[1:])
 
+    def test_a_tool(self):
+        with self.assertRaisesRegex(haptable.HaptableError, "has no tool"):
+            self.body.tool()
+        text = pathlib.Path("meshes/cube.toml").read_text().split("[contact]")[0]
+        (self.path / "disc.toml").write_text(
+            text + '[contact]\nforce = "pressure-mask"\nmask_radius = 0.004\n'
+            '[tool]\nshape = "disc"\nradius = 0.006\npoints = 5\n')
+        program = BUILD / "bin" / "haptable-precompute"
+        body = haptable.load(haptable.precompute(self.path / "disc.toml", self.path / "disc", program=program))
+        self.assertEqual((self.body.points, body.points, body.tool_points.shape), (0, 5, (5, 3)))
+        tool, held = body.tool(), np.tile(np.float32([1, 0, 0, 0]), (400, 1))
+        lower = np.float32([0.015, 0.015, 0.031]) - np.outer(np.arange(400), np.float32([0, 0, 1e-5]))
+        felt = tool.replay(lower, held)
+        self.assertEqual(felt["state"][-1], haptable.State.CONTACT)
+        self.assertGreater(felt["force"][-1, 2], 0.1)
+        # The hand's force is that of its points, its torque that of their forces about the handle.
+        points = tool.points
+        self.assertTrue(np.allclose(points["force"].sum(0), felt["force"][-1], atol=1e-5))
+        about = np.cross(body.tool_points, points["force"]).sum(0)
+        self.assertTrue(np.allclose(about, felt["torque"][-1], atol=1e-6))
+        # Tilted about x by 0.05 rad, it is turned back.
+        for angle in np.linspace(0, 0.05, 200):
+            tilted = tool.step(lower[-1], (np.cos(angle / 2), np.sin(angle / 2), 0, 0))
+        self.assertLess(tilted["torque"][0], -1e-4)
+        self.assertEqual(tool.step(lower[-1], (2, 0, 0, 0))["state"], haptable.State.REJECTED)
+        self.assertEqual(tool.counters["ticks"], 601)
+        with self.assertRaisesRegex(ValueError, r"turns: \[n, 4\]"):
+            tool.replay(lower, held[1:])
+
     def test_a_body_that_nothing_holds(self):
         self.assertFalse(self.body.free)
         self.assertIsNone(self.body.servo().pose)
