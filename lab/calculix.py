@@ -101,6 +101,49 @@ def displacements(deck: Deck, loads: Sequence[Array], folder: Path) -> list[Arra
     return results
 
 
+@dataclass(frozen=True)
+class Rigid:
+    """A rigid tool: nodes that move as they are told."""
+
+    x: Array  #: [n, 3] m
+    triangles: Indices  #: [m, 3] that touch, counter-clockwise from outside
+
+    def cards(self, deck: Deck, touched: Indices, stiffness: float) -> str:
+        """Wedges behind its triangles, and a contact without friction with these nodes of the body; N/mm^3."""
+        first, count = len(deck.x) + 1, len(self.x)
+        normal = np.zeros_like(self.x)
+        corner = self.x[self.triangles]
+        np.add.at(normal, self.triangles, np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])[:, None])
+        thick = 0.1 * np.ptp(self.x, axis=0).max()
+        behind = self.x - thick * normal / np.linalg.norm(normal, axis=1)[:, None]
+        lines = ["*NODE, NSET=TOOL"]
+        lines += [f"{first + i},{x:.13g},{y:.13g},{z:.13g}"
+                  for i, (x, y, z) in enumerate((_MM * np.vstack([self.x, behind])).tolist())]
+        lines += ["*ELEMENT, TYPE=C3D6, ELSET=ETOOL"]
+        elements = [f"{len(deck.elements) + 1 + e}" for e in range(len(self.triangles))]
+        lines += [",".join([e, *(str(first + count + k) for k in t), *(str(first + k) for k in t)])
+                  for e, t in zip(elements, self.triangles.tolist())]
+        lines += ["*MATERIAL, NAME=RIGID", "*ELASTIC", "1,0.3", "*SOLID SECTION, ELSET=ETOOL, MATERIAL=RIGID",
+                  "*NSET, NSET=TOUCHED", *(f"{node}," for node in (touched + 1).tolist()),
+                  "*SURFACE, NAME=BODY, TYPE=NODE", "TOUCHED,", "*SURFACE, NAME=FACE", *(f"{e}, S2" for e in elements),
+                  "*SURFACE INTERACTION, NAME=HARD", "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR",
+                  f"{stiffness:.13g},1e-9", "*CONTACT PAIR, INTERACTION=HARD, TYPE=NODE TO SURFACE", "BODY, FACE"]
+        return "\n".join(lines) + "\n"
+
+
+def pressing(deck: Deck, tool: Rigid, touched: Indices, moves: Array, folder: Path, stiffness: float = 10.0) -> Array:
+    """[k, 3] N on the tool after each of its moves [k, 3] m, one after the other. stiffness: N/mm^3 of the contact, far
+    above the body's modulus over its size. Raises LabError where ccx does not come to the end."""
+    steps = ["*STEP, INC=100\n*STATIC\n1., 1., 1e-4, 1.\n*BOUNDARY\n" +
+             "".join(f"TOOL,{c + 1},{c + 1},{_MM * part:.13g}\n" for c, part in enumerate(move)) +
+             "*NODE PRINT, NSET=HELD, TOTALS=ONLY, FREQUENCY=1000\nRF\n*END STEP\n" for move in moves.tolist()]
+    status, text = _run(deck.model() + tool.cards(deck, touched, stiffness) + "".join(steps), folder)
+    totals = re.findall(r"total force.*\n\s*\n(.*)", text)
+    if len(totals) != len(moves):
+        raise LabError(f"ccx ended with {status} and {len(totals)} of {len(moves)} results; see {folder / 'job.log'}")
+    return np.array([line.split() for line in totals], float)
+
+
 def frequencies(deck: Deck, count: int, folder: Path) -> Array:
     """The lowest `count`, Hz, ascending; of a body that nothing holds its six rigid motions are among them."""
     status, text = _run(deck.model() + f"*STEP\n*FREQUENCY\n{count}\n*END STEP\n", folder)
