@@ -28,25 +28,29 @@ box = [-1, -1, -1, 1, 1, 1e-9]
 MASK = 'force = "pressure-mask"\nmask_radius = 0.006\n'
 
 
-@pytest.fixture(params=["linear", "average-nodal-pressure", "quadratic"])
-def element(request):
-    yield request.param
-    shutil.rmtree(BUILT / f"test-{request.param}", ignore_errors=True)
-
-
 def write_scene(folder, element: str, contact: str):
     scene = folder / "scene.toml"
     scene.write_text(SCENE.format(element=element, side=4 if element == "quadratic" else 7) + contact)
     return scene
 
 
+@pytest.fixture(scope="module", params=["linear", "average-nodal-pressure", "quadratic"])
+def made(request, tmp_path_factory):
+    """A scene's file and its servo, of one element, under a mask with least energy."""
+    element, folder = request.param, tmp_path_factory.mktemp(request.param)
+    scene = write_scene(folder, element, MASK + 'god_object = "least-energy"\n')
+    yield scene, servo_of(scene, f"test-{element}")
+    shutil.rmtree(folder)
+    shutil.rmtree(BUILT / f"test-{element}", ignore_errors=True)
+
+
 def viewed(tables, csv, tick: int, words: str) -> None:
     done(f"{program('haptable-view')} {tables} --csv {csv} --ticks {tick} --quiet {words}")
 
 
-def test_a_session_with_least_energy_from_first_touch_to_the_picture(element, tmp_path, lcm_url):
-    scene = write_scene(tmp_path, element, MASK + 'god_object = "least-energy"\n')
-    tables, felt, out = servo_of(scene, f"test-{element}").parent, tmp_path / "out/servo.csv", tmp_path / "out"
+def test_a_session_with_least_energy_from_first_touch_to_the_picture(made, tmp_path, lcm_url):
+    scene, servo = made
+    tables, felt, out = servo.parent, tmp_path / "out/servo.csv", tmp_path / "out"
     # 1. Servo and device in lockstep.
     summary = json.loads(done([program("haptable-run"), scene, "-o", out, "--no-realtime", "--lockstep", "--path",
                                "poke,drag,circle", "--draw", "nothing", "--json"]))
@@ -69,10 +73,9 @@ def test_a_session_with_least_energy_from_first_touch_to_the_picture(element, tm
     assert np.abs(np.array(numbers.split(), float)).max() > 0.001
 
 
-def test_servo_device_and_viewer_as_processes_over_udp(element, tmp_path, lcm_url, start):
+def test_servo_device_and_viewer_as_processes_over_udp(made, tmp_path, lcm_url, start):
     """The session goes on until the viewer has its pictures."""
-    scene = write_scene(tmp_path, element, MASK)
-    servo = servo_of(scene, f"test-{element}")
+    scene, servo = made
     serving = start([servo, "--lcm", "--no-realtime", "--quiet", "--csv", tmp_path / "servo.csv"])
     device = start([program("haptable-device"), scene, "--tables", servo.parent, "--lockstep", "--path", "poke,drag",
                     "--seconds", "86400", "--no-realtime", "--quiet", "--csv", tmp_path / "device.csv"])
