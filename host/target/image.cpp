@@ -136,8 +136,6 @@ std::vector<std::array<float, 3>> TargetImage::deform(const TargetPath<3>& path_
     return displacement_m;
 }
 
-std::string TargetImage::loop(std::string_view bytes) const { return run("loop", bytes); }
-
 std::string TargetImage::run(const std::string& image, std::string_view bytes) const {
     const Scratch scratch;
     write_file(scratch / "in", bytes);

@@ -71,8 +71,6 @@ public:
     }
     /// The displacements, [ticks rows, 3] in metres, that the deform image computes along the path.
     std::vector<std::array<float, 3>> deform(const TargetPath<3>& path_m) const;
-    /// Bytes of the serial line (docs/SPEC.md) through the image that waits behind it; what it sends back.
-    std::string loop(std::string_view bytes) const;
 
 private:
     template <std::size_t size>

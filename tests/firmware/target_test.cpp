@@ -12,7 +12,6 @@
 
 #include "codegen/in_memory.hpp"
 #include "firmware/haptable_bounds.h"
-#include "firmware/haptable_line.h"
 #include "host/target/counts.hpp"
 #include "host/target/cycles.hpp"
 #include "host/target/modes.hpp"
@@ -82,67 +81,6 @@ TEST_P(Target, GivesTheBitsOfTheHost) {
     EXPECT_GT(servo.counters.contact_ticks, path_m.size() / 3);
     EXPECT_EQ(servo.counters.rejected_positions, 3U);
     EXPECT_EQ(servo.counters.implausible, 2U);
-}
-
-// Garbage, damaged and repeated frames on the line: every whole state is answered with the force of the host's servo,
-// and nothing else is.
-TEST_P(Target, AnswersFramesThroughGarbage) {
-    if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
-    const Tables host_tables = tables();
-    const auto path_m = walked(stroke_path(host_tables, 20));
-    const ServoModel built = build_model(host_tables);
-    const haptable_model model = model_in_memory(host_tables, built);
-    haptable_scene whole{};
-    haptable_scene_make(&model, nullptr, nullptr, nullptr, &whole);
-    haptable_line_hello own{}, hello{};
-    haptable_line_describe(&whole, &own);
-    std::mt19937 random(1);
-    std::string line;
-    std::uint8_t bytes[HAPTABLE_LINE_STATE_BYTES];
-    const auto send = [&](std::uint32_t i) {
-        haptable_line_state state{i * 1000, 0, {}};
-        std::copy_n(path_m[i].begin(), 3, state.in[0].finger_m);
-        state.in[0].is_there = 1;
-        line.append(reinterpret_cast<const char*>(bytes), haptable_line_write_state(i, &own, state, bytes));
-    };
-    for (std::uint32_t i = 0; i < path_m.size(); ++i) {
-        if (i % 8 == 3) {  // a damaged copy, and noise
-            send(i);
-            line[line.size() - 20] = static_cast<char>(line[line.size() - 20] ^ 4);
-            for (int n = 0; n < 100; ++n) line += static_cast<char>(random() % 4 == 0 ? 0xA5 : random() & 0xFF);
-        }
-        send(i);
-        if (i % 16 == 5) send(i);  // asked again
-    }
-    line.append(HAPTABLE_LINE_STATE_BYTES, '\0');  // an end that a false begin cannot cover
-    haptable_servo servo = checked(model);
-    haptable_output out{};
-    std::uint8_t room[HAPTABLE_LINE_ANSWER_BYTES];
-    haptable_line_reader reader;
-    haptable_line_reader_init(room, sizeof room, &reader);
-    std::uint32_t next = 0, contacts = 0, hellos = 0;
-    for (const char byte : image.loop(line)) {
-        haptable_line_frame frame{};
-        haptable_line_answer answer{};
-        if (haptable_line_read(&reader, static_cast<std::uint8_t>(byte), &frame) == 0) continue;
-        if (haptable_line_take_hello(&frame, &hello) != 0 && ++hellos == 1) continue;
-        ASSERT_EQ(haptable_line_take_answer(&frame, &own, &answer), 1);
-        if (frame.sequence == next) {
-            haptable_servo_step(&model, &servo, path_m.at(next).data(), next * 1000, &out);
-            ++next;
-        }
-        const haptable_output& got = answer.out[0];
-        ASSERT_EQ(frame.sequence + 1, next);
-        ASSERT_EQ(got.state, out.state);
-        ASSERT_EQ(std::memcmp(got.force_n, out.force_n, sizeof out.force_n), 0) << "tick " << frame.sequence;
-        ASSERT_EQ(std::memcmp(got.nodal_force_n, out.nodal_force_n, sizeof out.nodal_force_n), 0);
-        contacts += haptable_touches(out.state);
-    }
-    EXPECT_EQ(hellos, 1U);
-    EXPECT_EQ(std::memcmp(&hello, &own, sizeof own), 0);
-    EXPECT_EQ(next, path_m.size());
-    EXPECT_EQ(reader.skipped_bytes, 0U);
-    EXPECT_GT(contacts, path_m.size() / 3);
 }
 
 // The paper's step takes 12 us at 200 MHz, 2,400 cycles; ours is under it by LLVM's model of the core.

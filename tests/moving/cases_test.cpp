@@ -66,39 +66,25 @@ Vector3d force_at(const haptable_model& model, const Felt& felt) {
     return to_vector(force_n);
 }
 
-// The body has what the finger gave: F T, summed.
-TEST_F(MovingCase, PushGivesTheBodyWhatTheHandFelt) {
-    open("push");
-    Vector3d given = Vector3d::Zero();
-    double roundings = 0.0;
-    for (const auto& finger : at) {
-        session->step(finger);
-        given -= kTick_s * force();
-        roundings += kTick_s * force().norm() + session->motion().momentum.norm();
+// The body has what the finger gave: F T, summed. What a finger has flicked moves on.
+TEST_F(MovingCase, PushedOrFlickedBodyHasWhatTheHandGave) {
+    for (const char* name : {"push", "flick"}) {
+        open(name);
+        Vector3d given = Vector3d::Zero();
+        double roundings = 0.0;
+        int contact_ticks = 0;
+        for (const auto& finger : at) {
+            session->step(finger);
+            given -= kTick_s * force();
+            roundings += kTick_s * force().norm() + session->motion().momentum.norm();
+            contact_ticks += touches();
+        }
+        const Vector3d has = session->motion().momentum;
+        EXPECT_WITHIN((has - given).norm(), .count = 16, .epsilon = kFloat, .size = roundings)
+            << name << ": the finger gave " << 1e3 * given.norm() << " mN s, the body has " << 1e3 * has.norm();
+        EXPECT_GT(contact_ticks, 0) << name;
+        EXPECT_GT(has.norm(), name == std::string("push") ? 1e-3 : 0.0);
     }
-    const Vector3d has = session->motion().momentum;
-    EXPECT_WITHIN((has - given).norm(), .count = 16, .epsilon = kFloat, .size = roundings)
-        << "the finger gave " << 1e3 * given.norm() << " mN s, the body has " << 1e3 * has.norm();
-    EXPECT_GT(given.norm(), 1e-3);
-}
-
-// What a finger has flicked moves on.
-TEST_F(MovingCase, FlickedBodyMovesOn) {
-    open("flick");
-    Vector3d given = Vector3d::Zero();
-    double roundings = 0.0;
-    int contact_ticks = 0;
-    for (const auto& finger : at) {
-        session->step(finger);
-        given -= kTick_s * force();
-        roundings += kTick_s * force().norm() + session->motion().momentum.norm();
-        contact_ticks += touches();
-    }
-    const Vector3d has = session->motion().momentum;
-    EXPECT_GT(contact_ticks, 0);
-    EXPECT_GT(has.norm(), 0.0);
-    EXPECT_WITHIN((has - given).norm(), .count = 16, .epsilon = kFloat, .size = roundings)
-        << "given " << 1e3 * given.norm() << " mN s, it has " << 1e3 * has.norm();
 }
 
 // What is carried evenly needs no force along the way: the mean over the last 4 s is what the body's momentum can have
