@@ -48,7 +48,7 @@ esac >"$jobs/all"
     END { tell() }' >>"$jobs/all"
 
 # The longest of the last run first, and before them what has not run: so that no processor is idle at the end. Suites
-# of a second and less go into jobs of a few dozen tests.
+# of a second and less go into jobs of twenty tests: of those that never ran, one may be long.
 touch "$times"
 awk -v times="$times" '
     BEGIN { while ((getline line < times) > 0) { split(line, of); took[of[1]] = of[2] } }
@@ -58,7 +58,7 @@ awk -v times="$times" '
     $2 ~ /[.]py$/ { print $2 >job(++last); few = 0; next } # no suite joins its job
     $4 { print $2 "*" >job(0); next }
     $1 >= 1000 { print $2 "*" >job(++last); next }
-    { if (!few || few + $3 > 40) { last++; few = 0 } few += $3; print $2 "*" >job(last) }'
+    { if (!few || few + $3 > 20) { last++; few = 0 } few += $3; print $2 "*" >job(last) }'
 
 # All goes to a log a job; people see suites, failures and reasons to skip, not every test that is well.
 # shellcheck disable=SC2016 # for the shell of each job

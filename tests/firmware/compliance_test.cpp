@@ -236,7 +236,7 @@ TEST(Elements, AverageNodalPressureFeelsTheBodyItself) {
 TEST(Elements, QuadraticTetrahedraFeelTheBodyItselfOnACoarseMesh) {
     EXPECT_LT(std::abs(relative_error(Element::kQuadratic, 0.49, 9)), 0.02);
     EXPECT_LT(std::abs(relative_error(Element::kQuadratic, 0.4999, 9)), 0.03);
-    EXPECT_LT(std::abs(relative_error(Element::kQuadratic, 0.3, 13)), 0.02);
+    EXPECT_LT(std::abs(relative_error(Element::kQuadratic, 0.3, 9)), 0.02);
 }
 
 // The pressure under a mask of 5 mm is summed over nodes 2.5 mm apart and nearer: of second order.
@@ -244,15 +244,15 @@ constexpr Bound kMeshUnderMask{.count = 0.5, .epsilon = (2.5 / 5.0) * (2.5 / 5.0
 
 TEST(PressureMask, ItsStiffnessIsTheObjectsAndNotTheMeshs) {
     std::vector<double> mean;
-    for (int nodes : {13, 17, 25})
+    for (int nodes : {13, 17, 21})
         mean.push_back(mean_stiffness({cube_scene(nodes, 0.3, true), ForceLaw::kPressureMask, 0.005}));
     for (double k : mean) {
         EXPECT_WITHIN(std::abs(k / mean.back() - 1.0), kMeshUnderMask);
         RecordProperty("n_per_m", std::to_string(k));
     }
     const double coarse = mean_stiffness({cube_scene(13, 0.3, true), ForceLaw::kInterpolated});
-    const double fine = mean_stiffness({cube_scene(25, 0.3, true), ForceLaw::kInterpolated});
-    EXPECT_GT(coarse / fine, 1.7) << "the paper's force halves with the mesh";
+    const double fine = mean_stiffness({cube_scene(21, 0.3, true), ForceLaw::kInterpolated});
+    EXPECT_GT(coarse / fine, 0.85 * 20.0 / 12.0) << "the paper's force goes with the mesh's cells";
 }
 
 TEST(PressureMask, SlidingOverTheMeshIsSmooth) {
