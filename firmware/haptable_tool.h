@@ -20,11 +20,19 @@ extern "C" {
 /* Tables and firmware trust each other only through this number, beside HAPTABLE_TABLE_VERSION. */
 #define HAPTABLE_TOOL_VERSION 1
 
-/* Maximum number of factorisations in the active set's search of a tick. The second half only takes points out of T. */
+/* Maximum number of factorisations in the active set's search of a tick, and of a step toward least energy that it
+ * tries. The second half only takes points out of T. */
 #define HAPTABLE_TOOL_SETS 8
+#define HAPTABLE_TOOL_TRIAL_SETS 4
 
-/* Maximum number of steps that a tick tries toward least energy; each is half of the one before. */
-#define HAPTABLE_TOOL_TRIALS 3
+/* Maximum number of such steps, each half of the one before. */
+#define HAPTABLE_TOOL_TRIALS 2
+
+/* Steps of the walk of a point in one of them. */
+#define HAPTABLE_TOOL_WALK_STEPS 32
+
+/* Factorisations of a tick: with the way back where no step is taken. */
+#define HAPTABLE_TOOL_MOST_SETS (HAPTABLE_TOOL_SETS + (HAPTABLE_TOOL_TRIALS + 1) * HAPTABLE_TOOL_TRIAL_SETS)
 
 /* What tables hold. */
 #define HAPTABLE_TOOL_FIELDS(VALUE, TABLE)                                                                    \
@@ -114,9 +122,9 @@ haptable_force_fn haptable_tool_force;
 haptable_finish_fn haptable_tool_brake;
 haptable_tool_settle_fn haptable_tool_settle;
 
-/* Writes C of every point that is inside and not known, solves C_TT f_T = u_T, and finds T. Bounded by
- * HAPTABLE_TOOL_SETS factorisations. */
-void haptable_tool_solve(const struct haptable_tool_model* tool, struct haptable_tool_state* state);
+/* Writes C of every point that is inside and not known, solves C_TT f_T = u_T, and finds T, by so many factorisations
+ * at the most. */
+void haptable_tool_solve(const struct haptable_tool_model* tool, struct haptable_tool_state* state, int most_sets);
 
 /* K = J^T C_TT^-1 J: the stiffness of the points that press, against a motion (d, theta) of the tool, its god-objects
  * staying; J_i = (1, -[r_i]). Lower half. */

@@ -364,7 +364,7 @@ void haptable_step_tool(const struct haptable_scene* scene, void* of, const stru
     state->sets = 0;
     raise_gain(state);
     move_points(tool, state);
-    haptable_tool_solve(tool, state);
+    haptable_tool_solve(tool, state, HAPTABLE_TOOL_SETS);
     if (tool->settle) tool->settle(tool, state);
     if (state->sets > state->most_sets) state->most_sets = state->sets;
     put_wrench(tool, state);

@@ -133,13 +133,14 @@ static enum going foresee(const struct haptable_tool_model* tool, struct haptabl
     return goes;
 }
 
-/* Goes that part of the way from where each was. */
+/* Goes that part of the way from where each was. The walks of a tick share HAPTABLE_WALK_STEPS: one that needs more
+ * ends on the surface where it is. */
 static void go(const struct haptable_tool_model* tool, struct haptable_tool_state* state,
                const struct haptable_contact from[], const float (*way_m)[3], float part) {
     struct haptable_tool_point* point = haptable_tool_points(tool, state);
     for (uint32_t i = 0; i < tool->point_count; ++i) {
         float to_m[3];
-        int steps = 0;
+        int steps = HAPTABLE_WALK_STEPS - HAPTABLE_TOOL_WALK_STEPS;
         if (!point[i].is_inside || !(vec_length2(way_m[i]) > 0.0f)) continue;
         point[i].at = from[i];
         vec_copy(from[i].god_object_m, to_m);
@@ -162,10 +163,10 @@ void haptable_tool_settle(const struct haptable_tool_model* tool, struct haptabl
     const float most_j = goes == SOME_GO ? state->energy_j : (1.0f + LEAST_FALL) * state->energy_j;
     for (int trial = 0; trial < trials; ++trial) {
         go(tool, state, from, (const float(*)[3])way_m, part);
-        haptable_tool_solve(tool, state);
+        haptable_tool_solve(tool, state, HAPTABLE_TOOL_TRIAL_SETS);
         if (state->energy_j <= most_j) return;
         part *= 0.5f;
     }
     go(tool, state, from, (const float(*)[3])way_m, 0.0f);
-    haptable_tool_solve(tool, state);
+    haptable_tool_solve(tool, state, HAPTABLE_TOOL_TRIAL_SETS);
 }

@@ -239,14 +239,14 @@ static void put_raised(const struct haptable_tool_model* tool, struct haptable_t
     }
 }
 
-void haptable_tool_solve(const struct haptable_tool_model* tool, struct haptable_tool_state* state) {
+void haptable_tool_solve(const struct haptable_tool_model* tool, struct haptable_tool_state* state, int most_sets) {
     struct haptable_tool_point* point = haptable_tool_points(tool, state);
     int goes_on = 1;
     assemble(tool, state);
     put_raised(tool, state);
-    for (int set = 0; goes_on && set < HAPTABLE_TOOL_SETS; ++set) {
+    for (int set = 0; goes_on && set < most_sets; ++set) {
         put_loads(tool, state);
-        goes_on = drop(tool, state) || (set < HAPTABLE_TOOL_SETS / 2 && add(tool, state, state->count == 0));
+        goes_on = drop(tool, state) || (set < most_sets / 2 && add(tool, state, state->count == 0));
     }
     state->energy_j = 0.0f;
     for (uint32_t i = 0; i < tool->point_count; ++i) {

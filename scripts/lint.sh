@@ -45,7 +45,7 @@ arrow host/precompute host/base host/scene host/mesh/audit.hpp host/mesh/read_me
 arrow host/link host/base host/link haptable/
 arrow host/session host/base host/link "host/session/[^/]*.hpp" firmware/haptable_model.h firmware/haptable_body.h firmware/haptable_modes.h firmware/haptable_scene.h firmware/haptable_tool.h haptable/
 arrow host/session/servo host/base host/link host/session host/session/servo model.h haptable/
-arrow host/target host/base host/tables codegen host/target firmware/haptable_model.h firmware/haptable_scene.h firmware/haptable_bounds.h firmware/haptable_pair.h
+arrow host/target host/base host/tables codegen host/target firmware/haptable_model.h firmware/haptable_scene.h firmware/haptable_bounds.h firmware/haptable_pair.h firmware/haptable_tool.h
 arrow host/session/bridge host/base host/link host/session host/session/bridge host/tables codegen firmware/haptable_body.h firmware/haptable_line.h firmware/haptable_pair.h firmware/haptable_model.h haptable/
 arrow host/device host/base host/link host/scene host/tables host/device haptable/
 arrow host/run host/base host/link host/scene host/run haptable/

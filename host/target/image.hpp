@@ -11,6 +11,7 @@
 
 #include "codegen/body_modes.hpp"
 #include "firmware/haptable_scene.h"
+#include "firmware/haptable_tool.h"
 
 namespace haptable {
 
@@ -43,6 +44,7 @@ struct TargetScene {
     const haptable_pair_model* pair = nullptr;
     const haptable_body* body = nullptr;
     const ServoModes* body_modes = nullptr;
+    const haptable_tool_model* tool = nullptr;  ///< with its own pair
 };
 
 /// A built image: build/<name>/firmware/<target>.
@@ -59,10 +61,12 @@ public:
     std::vector<TargetTick> replay(const TargetPath<size>& path_m) const {
         return count("replay", "", bytes_of(path_m), size / 3, path_m.size(), is_free_);
     }
-    /// The same for any scene, by the image that reads it instead of being linked with it (firmware/port/measure.c).
+    /// The same for any scene, by the image that reads it instead of being linked with it (firmware/port/measure.c). Of
+    /// a tool [6] are the handle's position and the vector part of its turn; its torque is in q.
     template <std::size_t size>
     std::vector<TargetTick> measure(const TargetScene& scene, const TargetPath<size>& path_m) const {
-        return count("measure", bytes_of(scene), bytes_of(path_m), size / 3, path_m.size(), scene.body != nullptr);
+        return count("measure", bytes_of(scene), bytes_of(path_m), scene.tool != nullptr ? 1 : size / 3, path_m.size(),
+                     scene.body != nullptr);
     }
     /// The addresses of the instructions of one tick of the path, in their order.
     template <std::size_t size>

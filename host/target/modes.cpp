@@ -6,6 +6,7 @@
 
 #include "codegen/laws.hpp"
 #include "firmware/haptable_bounds.h"
+#include "firmware/haptable_tool.h"
 
 namespace haptable {
 
@@ -115,6 +116,20 @@ std::uint64_t most_pair_cost(const Mode& mode, std::uint64_t fan) {
     const PairTickCost each = pair_cost_of(mode, fan);
     return each.rest + 2 * most_of(each.each, mode) + each.evaluation * HAPTABLE_PAIR_EVALUATIONS +
            each.look * HAPTABLE_PAIR_LOOKS;
+}
+
+std::uint64_t most_tool_cost(const Mode& mode, std::uint64_t fan, std::uint64_t n) {
+    const bool mask = mode.force == ForceLaw::kPressureMask;
+    const bool settles = mode.god_object == GodObject::kLeastEnergy || mode.more == "friction";
+    const std::uint64_t couple = mask ? 3200 : 1300, own = mask ? 3000 : 2000, ways = n * (n - 1);
+    // C's blocks; a factorisation of 3 n rows with its solve, and a look at every point.
+    const std::uint64_t assembly = n * own + ways / 2 * couple, set = 300 + 300 * n + 135 * n * n + 18 * n * n * n;
+    const Mode nearest{mode.force, GodObject::kNearest, mode.more == "friction" ? "" : mode.more};
+    std::uint64_t sum = 2000 + n * (700 + most_cost(nearest, fan)) + assembly + HAPTABLE_TOOL_SETS * set;
+    if (!settles) return sum;
+    sum += 2 * ways * couple + n * own;  // slopes of E
+    sum += HAPTABLE_TOOL_TRIALS * n * 65 * (HAPTABLE_TOOL_WALK_STEPS + MOST_STEPS - HAPTABLE_WALK_STEPS);
+    return sum + (HAPTABLE_TOOL_TRIALS + 1) * (assembly + HAPTABLE_TOOL_TRIAL_SETS * set);
 }
 
 std::uint64_t most_moving_cost(const LoadedScene& scene, const Mode& mode) {

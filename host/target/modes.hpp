@@ -63,6 +63,9 @@ std::uint64_t pair_cost(const PairTickCost& each, const haptable_pair& tick);
 /// The most that a tick of two fingers can cost, all pairs of places being blocks.
 std::uint64_t most_pair_cost(const Mode& mode, std::uint64_t fan);
 
+/// The most that a tick of a tool with so many points can cost, all pairs of places being blocks.
+std::uint64_t most_tool_cost(const Mode& mode, std::uint64_t fan, std::uint64_t points);
+
 /// What the scene's movers can cost beside its fingers' steps (HAPTABLE_MOVERS); 0: nothing moves. No loop of theirs
 /// depends on data.
 std::uint64_t most_moving_cost(const LoadedScene& scene, const Mode& mode);

@@ -16,9 +16,13 @@
 #include "firmware/haptable_tool.h"
 #include "host/strokes/solid.hpp"
 #include "host/strokes/stroke.hpp"
+#include "host/target/image.hpp"
+#include "host/target/modes.hpp"
 #include "tests/bodies.hpp"
 #include "tests/dense.hpp"
 #include "tests/finger.hpp"
+#include "tests/firmware/on_target.hpp"
+#include "tests/process.hpp"
 #include "tests/tolerance.hpp"
 
 namespace haptable::test {
@@ -635,7 +639,96 @@ TEST(Tool, RandomStrokesLoseNoPointAndPassThroughNone) {
     EXPECT_EQ(tally.bad, 0);
     EXPECT_GT(tally.pressing_ticks, tally.ticks / 10);
     EXPECT_GE(tally.most_pressing, 4);
-    EXPECT_LE(tally.most_sets, (HAPTABLE_TOOL_TRIALS + 2) * HAPTABLE_TOOL_SETS);
+    EXPECT_LE(tally.most_sets, HAPTABLE_TOOL_MOST_SETS);
+}
+
+struct ToolCase {
+    const char* target;
+    ForceLaw force;
+    GodObject god_object;
+    double friction = 0.0;
+};
+
+class ToolOnTarget : public testing::TestWithParam<ToolCase> {};
+
+INSTANTIATE_TEST_SUITE_P(Modes, ToolOnTarget,
+                         testing::Values(ToolCase{"cortex-m7", ForceLaw::kConsistent, GodObject::kNearest},
+                                         ToolCase{"cortex-m7", ForceLaw::kPressureMask, GodObject::kNearest},
+                                         ToolCase{"cortex-m7", ForceLaw::kConsistent, GodObject::kLeastEnergy},
+                                         ToolCase{"cortex-m7", ForceLaw::kPressureMask, GodObject::kLeastEnergy, 0.3},
+                                         ToolCase{"cortex-m4", ForceLaw::kPressureMask, GodObject::kLeastEnergy},
+                                         ToolCase{"cortex-m33", ForceLaw::kConsistent, GodObject::kNearest},
+                                         ToolCase{"rv32", ForceLaw::kPressureMask, GodObject::kLeastEnergy}),
+                         [](const testing::TestParamInfo<ToolCase>& info) {
+                             return test_name(std::string(info.param.target) + " " + word(info.param.force) + " " +
+                                              word(info.param.god_object) +
+                                              (info.param.friction > 0.0 ? " friction" : ""));
+                         });
+
+/// Strokes of the handle on a body whose image holds all pairs of its places, and of its turn.
+TargetPath<6> tool_path(const ElasticBody& body, int strokes) {
+    const StrokeMaker maker(body.servo());
+    TargetPath<6> path;
+    for (int number = 0; number < strokes; ++number) {
+        std::mt19937_64 random(static_cast<std::uint64_t>(number));
+        std::uniform_real_distribution<double> any(-1.0, 1.0);
+        const Vector3d a(any(random), any(random), any(random));
+        int tick = 0;
+        for (const auto& at : maker.make(23, static_cast<std::uint64_t>(number), 1)) {
+            const Vector3d v = 0.4 * a * std::sin(0.01 * double(tick++));
+            path.push_back({at[0][0], at[0][1], at[0][2], float(v[0]), float(v[1]), float(v[2])});
+        }
+    }
+    return path;
+}
+
+/// The pose as firmware/port/measure.c makes it.
+haptable_tool_input pose_of(const std::array<float, 6>& row) {
+    haptable_tool_input in{};
+    in.hand.is_there = 1;
+    const float rest = 1.0F - row[3] * row[3] - row[4] * row[4] - row[5] * row[5];
+    float guess = 1.0F;
+    for (int i = 0; i < 8; ++i) guess = 0.5F * (guess + rest / guess);
+    in.turn[0] = guess;
+    for (std::size_t c = 0; c < 3; ++c) in.hand.finger_m[c] = row[c], in.turn[1 + c] = row[3 + c];
+    return in;
+}
+
+// Four points run at 1 kHz on a Cortex-M7 at 600 MHz, at one instruction a clock (docs/COSTS.md).
+TEST(ToolBound, OfFourPointsIsUnderNineTenthsOfAMillisecond) {
+    for (const ForceLaw force : {ForceLaw::kConsistent, ForceLaw::kPressureMask})
+        for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+            const std::uint64_t most = most_tool_cost({force, god_object, ""}, 8, 4);
+            RecordProperty(std::string(word(force)) + ", " + word(god_object), std::to_string(most));
+            if (force == ForceLaw::kPressureMask && god_object == GodObject::kLeastEnergy) continue;  // docs/TOOL.md
+            EXPECT_LT(most, 600'000U * 9 / 10) << force << " " << god_object;
+        }
+}
+
+TEST_P(ToolOnTarget, OfFourPointsGivesTheHostsBitsInNineTenthsOfAMillisecond) {
+    const ToolCase& one = GetParam();
+    const TargetImage image(build_folder(), "cube", one.target);
+    if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
+    const ElasticBody body(for_two(cube_scene(5, 0.3, one.force == ForceLaw::kPressureMask)), one.force, 0.012);
+    Tool tool(body, grid(2, 0.006), {.god_object = one.god_object, .friction = one.friction});
+    const TargetPath<6> path = tool_path(body, 40);
+    const std::vector<TargetTick> ticks = image.measure({.model = *tool.scene().model, .tool = &tool.model()}, path);
+    tool.time_us() = 0U - HAPTABLE_TICK_US;
+    std::uint64_t worst = 0;
+    std::size_t touching = 0;
+    for (std::size_t i = 0; i < path.size(); ++i) {
+        const haptable_tool_output& out = tool.to(pose_of(path[i]));
+        const TargetTick::Finger& got = ticks[i].finger[0];
+        ASSERT_TRUE(same(got, out.hand)) << i;
+        ASSERT_EQ(std::memcmp(ticks[i].q.data(), out.torque_n_m, sizeof out.torque_n_m), 0) << i;
+        worst = std::max(worst, ticks[i].instructions);
+        touching += tool.pressing() > 1;
+    }
+    RecordProperty("worst_instructions", std::to_string(worst));
+    const Mode mode{one.force, one.god_object, one.friction > 0.0 ? "friction" : ""};
+    EXPECT_LT(worst, most_tool_cost(mode, 8, tool.count()));
+    EXPECT_LT(worst, 600'000U * 9 / 10);
+    EXPECT_GT(touching, path.size() / 20);
 }
 
 }  // namespace
