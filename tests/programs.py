@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import contextlib
 import fcntl
+import functools
 import importlib.util
 import os
 import signal
@@ -116,6 +117,17 @@ def one_make():
 def make(words: str, folder=ROOT) -> Outcome:
     with one_make():
         return run(f"make -s {words} BUILD={BUILD}", folder)
+
+
+@functools.cache
+def haptable_package():
+    """The Python package on this tree's library, with the messages that tests read by the same name."""
+    from lab import binding
+    for name in [name for name in sys.modules if name.split(".")[0] == "haptable"]:  # its messages, without the package
+        del sys.modules[name]
+    package = binding.load(BUILT)
+    (Path(package.__file__).parent / "messages").symlink_to(BUILT / "python/types/haptable/messages")
+    return package
 
 
 def servo_of(scene: Path, name: str) -> Path:

@@ -5,12 +5,10 @@ import json
 import re
 import shutil
 import signal
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
-from programs import BUILT, ROOT, done, ends, finger_path, forces, program, read_csv, run, servo_of
+from programs import BUILT, done, ends, finger_path, forces, haptable_package, program, read_csv, run, servo_of
 
 # The paper's cube, or one with as many nodes.
 SCENE = """name = "test-{element}"
@@ -100,28 +98,13 @@ def test_servo_device_and_viewer_as_processes_over_udp(made, tmp_path, lcm_url, 
     assert (tmp_path / "replay.csv").read_bytes() == (tmp_path / "servo.csv").read_bytes()
 
 
-@pytest.fixture(scope="module")
-def binding():
-    """The Python package on this tree's library, with the messages that the other tests read by the same name."""
-    if not (BUILT / "lib/libhaptable.so.1").exists():
-        pytest.skip("no libhaptable: make library makes it")
-    for name in [name for name in sys.modules if name.split(".")[0] == "haptable"]:  # its messages, without the package
-        del sys.modules[name]
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(ROOT)
-        patch.syspath_prepend(str(ROOT))
-        from lab import binding
-        package = binding.load(BUILT)
-    (Path(package.__file__).parent / "messages").symlink_to(BUILT / "python/types/haptable/messages")
-    return package
-
-
 @pytest.mark.parametrize("element", ["linear", "average-nodal-pressure", "quadratic"])
-def test_the_drawn_surface_meets_the_finger(element, binding, tmp_path):
+def test_the_drawn_surface_meets_the_finger(element, need, tmp_path):
     """With the consistent force the surface as it is drawn, flat between its nodes, meets the finger."""
+    need("lib/libhaptable.so.1")
     scene = write_scene(tmp_path, element, 'force = "consistent"\n')
     done([program("haptable-precompute"), scene, "-o", tmp_path / "tables", "--quiet"])
-    body = binding.load(tmp_path / "tables")
+    body = haptable_package().load(tmp_path / "tables")
     servo, checked = body.servo(), 0
     row_of = {int(node): row for row, node in enumerate(body.row_nodes)}
     for tick in range(400):

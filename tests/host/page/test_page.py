@@ -10,9 +10,9 @@ import zlib
 
 import numpy as np
 import pytest
-from programs import BUILT, ROOT, done, program, read_csv, run
+from programs import ROOT, done, haptable_package, program, read_csv, run
 
-from lab import binding, browser as browsers
+from lab import browser as browsers
 
 TOP = (0.015, 0.015, 0.03)
 # Without limits, as the page has none: it has no motors, and a pointer jumps.
@@ -37,7 +37,7 @@ class Page:
         self.tables = self.folder / "tables"
         done([program("haptable-precompute"), "scene.toml", "-o", self.tables, "--quiet"], self.folder)
         done([program("haptable-view"), self.tables, "--page", self.file, "--quiet", *words], self.folder)
-        self.body = binding.load(BUILT).load(self.tables)
+        self.body = haptable_package().load(self.tables)
         return self
 
     def open(self, query: str = "") -> "Page":
@@ -140,7 +140,7 @@ def expect_the_bodys_surface(page, epsilon: float = 2.0**-24, least_m: float = 1
     frame = page("(f => ({fingers: [f, f.second].filter(one => one && one.contact).map(one => ({nodal: "
                  "Array.from(one.nodal), nodes: Array.from(one.vertex, v => haptable.scene().node[v])})), "
                  "u: Array.from(f.displacement), swung: f.swung}))(haptable.frame())")
-    haptable, swung = binding.load(BUILT), np.float32(frame["swung"])
+    haptable, swung = haptable_package(), np.float32(frame["swung"])
     contacts = [np.zeros((), haptable.CONTACT)] * (not frame["fingers"])
     for finger in frame["fingers"]:
         contacts.append(np.zeros((), haptable.CONTACT))
