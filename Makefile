@@ -353,7 +353,7 @@ FIGURES ?=
 .PHONY: figures
 figures: $(addprefix $(BUILD)/bin/,haptable-precompute haptable-view haptable-run haptable-device) library $(PAGE_PARTS)
 	@sh scripts/setup.sh lab figures
-	@for scene in cube cube-two mouse mouse-mask liver-capsule laws/fibres laws/bed free-cube grasp-cube jelly jelly-two; do $(MAKE) --no-print-directory scene SCENE=meshes/$$scene.toml || exit 1; done
+	@for scene in cube cube-two mouse mouse-mask liver-capsule liver-spatula laws/fibres laws/bed free-cube grasp-cube jelly jelly-two; do $(MAKE) --no-print-directory scene SCENE=meshes/$$scene.toml || exit 1; done
 	@$(LAB) figures $(FIGURES)
 
 # lint: warnings as errors, clang-tidy and cppcheck on what we wrote, and the arrows between the folders

@@ -184,6 +184,18 @@ def figure_liver(s: Studio) -> None:
            "--elevation", 25)
 
 
+def figure_liver_spatula(s: Studio) -> None:
+    """A spatula pressed on the liver and turned, as docs/TOOL.md has it."""
+    out = s.work / "liver-spatula"
+    s.run(s.build / "bin/haptable-run", "meshes/liver-spatula.toml", "--path", "roll,tilt", "--lockstep", "--draw",
+          "nothing", "--quiet", "--out", out)
+    felt = pd.read_csv(out / "servo.csv")
+    shows(felt, str(out), "|force|", 0, 0.2)
+    shows(felt, str(out), "torque_y", -1e-3, 1e-3)
+    s.view("liver-spatula.gif", "liver-spatula", "--log", out / "session.lcmlog", "--every", 150, "--size", "400x300",
+           "--elevation", 25, "--azimuth", -60, "--zoom", 0.8)
+
+
 def figure_demo(s: Studio) -> None:
     """Figures 1 and 2 of the paper."""
     s.run("sh", "scripts/demo.sh", "--figures")
@@ -310,6 +322,7 @@ FIGURES: dict[str, Callable[[Studio], None]] = {
     "measured": figure_measured,
     "liver-dent": figure_liver_dent,
     "liver": figure_liver,
+    "liver-spatula": figure_liver_spatula,
     "demo": figure_demo,
     "cube-ghost": figure_cube_ghost,
     "mouse-mesh": figure_mouse_mesh,
