@@ -63,7 +63,8 @@ void DeviceMapping::follow(const Vector3d& device_m, bool clutched, double step_
     // While it was held the device went elsewhere: from now on that place is the finger's.
     if (begun_ && (clutched || was_clutched_)) {
         origin_m_ += finger_m_ - to_body(device_m);
-        index_ = tool_.turn * to_body(wrist).turn.conjugate() * index_;
+        // Of length 1 again: what it lacks would grow from tick to tick.
+        index_ = (tool_.turn * to_body(wrist).turn.conjugate() * index_).normalized();
     }
     finger_m_ = to_body(device_m);
     tool_ = to_body(wrist);

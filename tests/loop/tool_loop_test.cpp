@@ -150,7 +150,7 @@ TEST_F(ToolLoop, IsRepeatableAndReplays) {
 /// What a servo recorded is drawn: the tool where it was, and the load of all its points.
 TEST_F(ToolLoop, IsDrawnFromItsCsv) {
     run("roll", "a");
-    const ContactLoads loads(loaded_->folder());
+    const ContactLoads loads(loaded_->tables());
     const auto frames = read_servo_csv(folder / "servo_a.csv", loads, FrameChoice{1, {}});
     const auto rows = read_rows(folder / "servo_a.csv");
     ASSERT_EQ(frames.size(), rows.size());
