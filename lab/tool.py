@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A rigid sphere pressed into a cube: a sampled tool beside CalculiX's contact on the same tetrahedra, and Hertz."""
+"""Rigid tools pressed into a cube: a sampled sphere beside CalculiX's contact on the same tetrahedra and Hertz, a
+sampled flat punch and its tilt beside closed forms."""
 
 from __future__ import annotations
 
@@ -10,7 +11,7 @@ import numpy as np
 from lab import scenes
 from lab.binding import load
 from lab.calculix import Deck, Rigid, pressing
-from lab.reference import Array
+from lab.reference import Array, Bricks, Footprint, graded, uniform
 from lab.scenes import Scene
 from lab.specimens import read_elements
 
@@ -76,6 +77,40 @@ def by_tool(folder: Path, build: Path) -> Array:
     felt = load(build).load(str(folder)).tool().replay(handle, np.tile([1.0, 0.0, 0.0, 0.0], (len(depth), 1)))
     force: Array = felt["force"][rest, 2].astype(float)
     return force
+
+
+def punch(nodes_per_side: int, points: int, radius: float, folder: Path, build: Path) -> tuple[float, float, float]:
+    """Of a flat punch with masks of 0.7 of the spacing: force over 2 a E* d, and the torque of a tilt about x and about
+    y over 4/3 a^3 E* theta."""
+    mask = 0.7 * float(np.sqrt(2.0 * np.pi / np.sqrt(3.0) / points)) * radius
+    pressed = scene(nodes_per_side, points, 60.0, mask)
+    pressed["tool"] = {"shape": "disc", "radius": radius, "points": points}
+    scenes.precompute(pressed, folder, build)
+    tool = load(build).load(str(folder)).tool()
+    deep, tilt, modulus = 0.15 * radius, 0.05, YOUNG / (1.0 - POISSON**2)
+    z = SIDE - np.append(np.linspace(-5e-4, deep, int((deep + 5e-4) / 2e-5)), np.full(60, deep))
+    handle = np.column_stack([np.full((len(z), 2), 0.5 * SIDE), z])
+    flat = tool.replay(handle, np.tile([1.0, 0.0, 0.0, 0.0], (len(z), 1)))[-1]
+    half, rest = 0.5 * np.linspace(0.0, tilt, 200), np.tile(handle[-1], (200, 1))
+    torque = []
+    for axis in (0, 1):
+        turn = np.column_stack([np.cos(half), np.zeros((200, 3))])
+        turn[:, 1 + axis] = np.sin(half)
+        torque.append(float(flat["torque"][axis] - tool.replay(rest, turn)["torque"][-1, axis]))
+        tool.replay(rest, turn[::-1])
+    tilted = 4.0 / 3.0 * radius**3 * modulus * tilt
+    return float(flat["force"][2]) / (2.0 * radius * modulus * deep), torque[0] / tilted, torque[1] / tilted
+
+
+def stiffening(radius: float) -> float:
+    """Of the cube beside a half-space, under a punch: what its size changes of the displacement under an even pressure
+    on the same disc, it changes under the punch, whose load is the same from afar."""
+    width, height = 0.5 * SIDE / radius, SIDE / radius
+    across, down = graded(0.0, width, 0.0, 1.5, 3, 3), graded(0.0, height, height - 1.5, height, 3, 3)
+    body = Bricks([across, across, down], 1.0, POISSON, quarter=True)
+    disc = Footprint(np.array([0.0, 0.0, height]), 1.0, uniform)
+    compliance = float(np.ravel(body.compliances([body.shares(disc)]))[-1]) / (1.0 - POISSON**2)
+    return 0.5 / (0.5 + compliance - 16.0 / (3.0 * np.pi**2))
 
 
 def tables(nodes_per_side: int, points: int, angle: float, mask_radius: float, folder: Path, build: Path) -> Path:

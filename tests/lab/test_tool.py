@@ -29,6 +29,13 @@ def test_a_sampled_sphere_feels_what_calculix_finds(folder, build):
     assert off[1:].max() < 0.05 and off[0] < 0.15
 
 
+def test_a_sampled_punch_and_its_tilt(tmp_path, build):
+    """12 points under a mask of 2.3 mm, edges of 1.7 mm; the cube is 3.5 % stiffer than a half-space."""
+    force, about_x, about_y = tool.punch(19, 12, 0.006, tmp_path / "punch", build)
+    assert abs(force / tool.stiffening(0.006) - 1.0) < 0.05
+    assert max(abs(about_x - 1.0), abs(about_y - 1.0)) < 0.1
+
+
 @pytest.mark.skipif(shutil.which("ccx") is None, reason="no ccx: sh scripts/setup.sh lab")
 def test_calculix_gives_the_kept_forces_at_two_depths(folder, monkeypatch):
     monkeypatch.setattr(tool, "DEPTHS", KEPT["depth_m"][:2])
