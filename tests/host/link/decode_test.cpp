@@ -57,6 +57,18 @@ TEST(Decode, NoCountIsBelieved) {
         EXPECT_FALSE(decode_whole(bomb, out)) << count;
         EXPECT_LE(out.node.capacity(), 2U);
     }
+    tool_wrench wrench{};
+    wrench.count = 2;
+    wrench.touches = {1, 0};
+    wrench.point_m = wrench.god_object_m = wrench.force_n = {{1.0, 2.0, 3.0}, {4.0, 5.0, 6.0}};
+    tool_wrench felt;
+    ASSERT_TRUE(decode_whole(encoded(wrench), felt));
+    EXPECT_EQ(felt.force_n, wrench.force_n);
+    for (const std::uint32_t count : {0x7FFFFFFFU, 0xFFFFFFFFU, 3U, 1U, 0U}) {
+        std::vector<std::uint8_t> bomb = encoded(wrench);
+        put_count(bomb, encoded(tool_wrench{}).size() - 4, count);
+        EXPECT_FALSE(decode_whole(bomb, felt)) << count;
+    }
     const std::size_t name_at = encoded(servo_status{}).size();
     servo_status status{};
     status.count = 1;
