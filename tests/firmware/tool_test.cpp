@@ -659,10 +659,10 @@ INSTANTIATE_TEST_SUITE_P(Modes, ToolOnTarget,
                                          ToolCase{"cortex-m4", ForceLaw::kPressureMask, GodObject::kLeastEnergy},
                                          ToolCase{"cortex-m33", ForceLaw::kConsistent, GodObject::kNearest},
                                          ToolCase{"rv32", ForceLaw::kPressureMask, GodObject::kLeastEnergy}),
-                         [](const testing::TestParamInfo<ToolCase>& info) {
-                             return test_name(std::string(info.param.target) + " " + word(info.param.force) + " " +
-                                              word(info.param.god_object) +
-                                              (info.param.friction > 0.0 ? " friction" : ""));
+                         [](const testing::TestParamInfo<ToolCase>& one) {
+                             return test_name(std::string(one.param.target) + " " + word(one.param.force) + " " +
+                                              word(one.param.god_object) +
+                                              (one.param.friction > 0.0 ? " friction" : ""));
                          });
 
 /// Strokes of the handle on a body whose image holds all pairs of its places, and of its turn.
