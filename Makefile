@@ -327,8 +327,8 @@ bench-target: bench-programs
 	$(call bench_step,85,growth of the inversion)
 	@$(LAB) inversion $(BUILD)/report/inversion.json
 
-# bench-large: what takes too long for make bench, kept in docs/numbers.json: PART="large masks scale scan truth known large-strain elements elsewhere" (then: make report)
-PART ?= large masks scale scan truth known large-strain elements elsewhere
+# bench-large: what takes too long for make bench, kept in docs/numbers.json: PART="large masks scale scan truth known large-strain stiffening elements elsewhere" (then: make report)
+PART ?= large masks scale scan truth known large-strain stiffening elements elsewhere
 .PHONY: bench-large
 bench-large: $(MODULES) $(BUILD)/bin/haptable-precompute library lab
 	@$(MAKE) --no-print-directory mpi

@@ -116,6 +116,9 @@ void couple(const Tables& tables, ServoModel& model) {
                          ? 1.0 / k.stable_n_per_m - 1.0 / k.felt_n_per_m
                          : 0.0;
     }
+    // The hand meets the tangent of a dent that stiffens, at the deepest one that the motors press against.
+    const double deepest_j = tables.stiffening.energy_at(tables.max_force_n, k.felt_n_per_m);
+    k.felt_n_per_m *= tables.stiffening.largest_tangent(deepest_j);
 }
 
 }  // namespace haptable

@@ -110,6 +110,13 @@ void add_relaxation(const Tables& tables, ServoModel& model) {
 
 }  // namespace
 
+std::vector<float> stiffening_table(const StiffeningCurve& curve) {
+    std::vector<float> table;
+    for (const double c : curve.c) table.push_back(finite(c, "a curve's number"));
+    table.push_back(finite(0.5 / curve.energy_j, "a curve's energy"));
+    return table;
+}
+
 std::array<float, 6> packed(const std::array<double, 9>& block, const char* what) {
     double size = 0.0;
     for (const double entry : block) size = std::max(size, std::abs(entry));
@@ -151,6 +158,7 @@ ServoModel build_model(const Tables& tables) {
     couple(tables, model);
     pack_blocks(tables.precision, model);
     add_relaxation(tables, model);
+    if (tables.stiffening.energy_j > 0.0) model.stiffening = stiffening_table(tables.stiffening);
     return model;
 }
 

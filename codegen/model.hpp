@@ -76,6 +76,9 @@ struct ServoModel : ServoTables {
 /// Builds the servo's tables. Throws Error when the object is too large for 16-bit indices, or a value is not finite.
 ServoModel build_model(const Tables& tables);
 
+/// The servo's table of a curve.
+std::vector<float> stiffening_table(const StiffeningCurve& curve);
+
 /// The blocks of C(alpha) in double, in the servo's order; as in ServoCompliance.
 struct ExactCompliance {
     std::vector<std::array<double, 9>> vertex, edge, patch;

@@ -46,7 +46,7 @@ extern "C" {
 #endif
 
 /* Tables and servo trust each other only through this number: codegen writes it, model.h checks it. */
-#define HAPTABLE_TABLE_VERSION 12
+#define HAPTABLE_TABLE_VERSION 13
 
 /* No patch, no neighbour. A model has at most 65,534 patches and as many vertices. */
 #define HAPTABLE_NONE 0xFFFFu
@@ -139,7 +139,8 @@ struct haptable_output {
     float alpha[3];            /* 0 without either */
     float god_object_m[3];     /* the finger itself without contact; 0 when it was rejected */
     float nodal_force_n[3][3]; /* F_i on vertex[i] (eq. 10), not clamped: the load of the drawn deformation; where the
-                                  body relaxes, that by which it would be so deformed at once */
+                                  body relaxes, that by which it would be so deformed at once; where its
+                                  dents stiffen, that of the linear body */
     float force_n[3];          /* what the user feels (eq. 12), |force_n| <= max_force_n */
 };
 

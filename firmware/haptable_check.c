@@ -36,6 +36,7 @@ struct haptable_span haptable_span_of_model(const void* tables, uint32_t field) 
     const uint32_t box_count = of->box_count;
     const uint32_t hinge_count = of->hinge_count;
     const uint32_t term_count = of->term_count;
+    haptable_stiffen_fn* const stiffen = of->stiffen;
     const struct haptable_span span[] = {
         {&of->max_force_n, (uint32_t)(offsetof(struct haptable_model, term_count) + sizeof of->term_count -
                                       offsetof(struct haptable_model, max_force_n))},

@@ -225,6 +225,16 @@ typedef void haptable_limit_fn(const struct haptable_model* model, struct haptab
 
 struct haptable_output;
 
+/* What a contact has that stiffens, beside the same force of one that does not. */
+struct haptable_stiffened {
+    float stored;  /* Psi / (e Psi'): of the energy 1/2 u . F */
+    float tangent; /* 1 + 2 e Psi'' / Psi': of the stiffness along the load */
+};
+
+/* Returns Psi' of a contact that stiffens, and writes what it has. */
+typedef float haptable_stiffen_fn(const struct haptable_model* model, const struct haptable_contact* contact,
+                                  const float finger_m[3], struct haptable_stiffened* stiffened);
+
 /* Applies relaxation to the contact's force, or to the dent that it left: changes out. before: out holds the elastic
  * force, or none, not clamped. */
 typedef void haptable_relax_fn(const struct haptable_model* model, struct haptable_servo* servo,
@@ -252,9 +262,11 @@ typedef void haptable_check_fn(const struct haptable_scene* scene, struct haptab
     TABLE(struct haptable_box, box, box_count)                                                                         \
     TABLE(struct haptable_hinge, hinge, hinge_count)                                                                   \
     TABLE(haptable_float3, term, term_count)               /* share g; 1 - exp(-tick / time) = d; time / tick d */     \
+    TABLE(float, stiffening, stiffen ? 4 : 0)              /* c_1, c_2, c_3 of Psi' by s; 1 / (2 e_0) */               \
     FUNCTION(haptable_unpack_fn, unpack, HAPTABLE_UNPACKS) /* how blocks are read from packed; NULL: none is packed */ \
     FUNCTION(haptable_god_object_fn, god_object, HAPTABLE_GOD_OBJECTS)                                                 \
     FUNCTION(haptable_force_fn, force, HAPTABLE_FORCES)                                                                \
+    FUNCTION(haptable_force_fn, linear, HAPTABLE_FORCES)    /* the same, or what force_stiffening makes stiffer */     \
     FUNCTION(haptable_energy_fn, energy, HAPTABLE_ENERGIES) /* of that force, for a god-object that needs it */        \
     PART(struct haptable_compliance, compliance)            /* for a force that needs it */                            \
     FUNCTION(haptable_god_object_fn, frictionless, HAPTABLE_GOD_OBJECTS) /* that god_object_friction holds back */     \
@@ -266,6 +278,7 @@ typedef void haptable_check_fn(const struct haptable_scene* scene, struct haptab
     FUNCTION(haptable_limit_fn, rate, HAPTABLE_LIMITS)                                                                 \
     FUNCTION(haptable_limit_fn, mean, HAPTABLE_LIMITS)                                                                 \
     FUNCTION(haptable_god_object_fn, resume, HAPTABLE_RESUMES)                                                         \
+    FUNCTION(haptable_stiffen_fn, stiffen, HAPTABLE_STIFFENINGS)                                                       \
     FUNCTION(haptable_relax_fn, relax, HAPTABLE_RELAXATIONS)                                                           \
     FUNCTION(haptable_check_fn, check, HAPTABLE_CHECKS)                                                                \
     VALUE(float, max_force_n)             /* the device's limit, > 0 */                                                \
@@ -401,7 +414,8 @@ struct haptable_relaxed {
     uint32_t time_us; /* of that tick */
     uint8_t touches;  /* 1: it had contact */
     uint8_t held;     /* 1: branches are vectors */
-    float dent;       /* of the surface: the root of twice the elastic energy that it would store */
+    float dent;       /* of the surface: the root of twice the elastic energy that it would store; where the body
+                         stiffens, times its factor */
     float dent_lost;  /* what rounding left of it */
     float stress;     /* the same of the relaxed load, > 0; 0 where the surface is free */
     float branches;   /* the sum of all, by their shares */
@@ -412,7 +426,7 @@ struct haptable_relaxed {
     float god_object_m[3];
     float nodal_force_n[3][3];
     float offset_m[3]; /* where a contact may be held: u of the last tick */
-    float load_n[3];   /* and S u */
+    float load_n[3];   /* and the elastic load */
     struct haptable_relaxed_term term[HAPTABLE_TERMS];
 };
 
@@ -478,6 +492,7 @@ haptable_span_fn haptable_span_of_compliance; /* these, of a model that has one 
     X(haptable_force_consistent)        \
     X(haptable_force_pressure_mask)     \
     X(haptable_force_of_least_energy)   \
+    X(haptable_force_stiffening)        \
     X(haptable_force_consistent_packed) \
     X(haptable_force_pressure_mask_packed)
 #define HAPTABLE_ENERGIES(X)             \
@@ -499,6 +514,7 @@ haptable_span_fn haptable_span_of_compliance; /* these, of a model that has one 
 #define HAPTABLE_LIMITS(X) X(haptable_limit_rate) X(haptable_limit_mean)
 #define HAPTABLE_RESUMES(X) X(haptable_resume_ramp)
 #define HAPTABLE_CHECKS(X) X(haptable_check_crc)
+#define HAPTABLE_STIFFENINGS(X) X(haptable_stiffening)
 #define HAPTABLE_RELAXATIONS(X) X(haptable_relaxation) X(haptable_relaxation_held)
 #define HAPTABLE_UNPACKS(X) X(haptable_unpack_float16) X(haptable_unpack_int16)
 
@@ -572,6 +588,11 @@ haptable_limit_fn haptable_limit_mean;
  * a contact at the nearest patch, with a gain that rises from zero by resume_gain a tick, as does one that a limit has
  * lowered. Without it contact begins after the finger has left. */
 haptable_god_object_fn haptable_resume_ramp;
+
+/* force: a body whose dents stiffen: model->linear times a cubic of the root of the energy that it stores. Nodal forces
+ * are the linear body's, which dent it to the finger. haptable_stiffening.c has the law. */
+haptable_force_fn haptable_force_stiffening;
+haptable_stiffen_fn haptable_stiffening;
 
 /* relax: a body whose stiffness falls with time by a sum of exponentials, the same everywhere. A finger is met where
  * the surface is, which comes back slowly; then the dent is still drawn. The one for a contact that friction or a hand

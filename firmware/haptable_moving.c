@@ -105,14 +105,25 @@ static void dent_of(const struct fingers* fingers, int f, const struct haptable_
     if (haptable_touches(out->state)) vec_sub(fingers->felt_m[f], out->god_object_m, dent_m);
 }
 
+/* How the contact of a finger stiffens. */
+static void stiffened_of(const struct haptable_scene* scene, void* state, int f, const struct haptable_output* out,
+                         struct haptable_stiffened* more) {
+    const struct haptable_servo* servo = haptable_scene_servo(state, f);
+    more->stored = more->tangent = 1.0f;
+    if (scene->model->stiffen && haptable_touches(out->state))
+        (void)scene->model->stiffen(scene->model, &servo->contact, servo->finger_m, more);
+}
+
 /* What contacts and modes hold, and what of it the contacts do. */
 static float stored_of(const struct haptable_scene* scene, void* state, struct fingers* fingers,
                        const struct haptable_output out[]) {
     float work_j = 0.0f;
     for (int f = 0; f < fingers->count; ++f) {
+        struct haptable_stiffened more;
         float dent_m[3];
         dent_of(fingers, f, &out[f], dent_m);
-        work_j += vec_dot(fingers->load_n[f], dent_m);
+        stiffened_of(scene, state, f, &out[f], &more);
+        work_j += more.stored * vec_dot(fingers->load_n[f], dent_m);
     }
     fingers->stored_j = 0.5f * (work_j < 0.0f ? -work_j : work_j);
     return fingers->stored_j +
@@ -125,8 +136,10 @@ static float stored_of(const struct haptable_scene* scene, void* state, struct f
  * contact's. */
 #define EASE_TICKS 2.0f
 
-static void ease(const struct haptable_scene* scene, struct fingers* fingers, const struct haptable_output out[]) {
+static void ease(const struct haptable_scene* scene, void* state, struct fingers* fingers,
+                 const struct haptable_output out[]) {
     for (int f = 0; f < fingers->count; ++f) {
+        struct haptable_stiffened more;
         float dent_m[3], gives_m[3];
         const float* load_n = fingers->load_n[f];
         if (!fingers->is_known[f]) continue;
@@ -135,7 +148,8 @@ static void ease(const struct haptable_scene* scene, struct fingers* fingers, co
         const float deep_j = vec_dot(load_n, dent_m);
         float leaves_j = vec_dot(load_n, gives_m) - vec_dot(load_n, fingers->moved_m[f]);
         if (!(leaves_j > 0.0f)) continue;
-        leaves_j *= EASE_TICKS;
+        stiffened_of(scene, state, f, &out[f], &more);
+        leaves_j *= EASE_TICKS * more.tangent;
         fingers->share[f] = leaves_j < deep_j ? 1.0f - leaves_j / deep_j : 0.0f;
     }
 }
@@ -216,7 +230,7 @@ void haptable_moving(const struct haptable_scene* scene, void* state, const stru
     scene->contacts(scene, state, in, (const float(*)[3])fingers.felt_m, now_us, out);
     find_loads(scene, state, &fingers, out);
     for (int f = 0; f < fingers.count; ++f) fingers.share[f] = 1.0f;
-    if (scene->rigid) ease(scene, &fingers, out);
+    if (scene->rigid) ease(scene, state, &fingers, out);
     settle(scene, state, &fingers, out);
     give(scene, state, in, &fingers, out);
     if (scene->ringing) follow(scene, state, &fingers);

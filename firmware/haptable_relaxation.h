@@ -29,12 +29,21 @@ static inline void haptable_relaxation_go(const float term[3], float change, flo
     *branch = next;
 }
 
-/* sqrt(u . f), and 1 / that; 0 and 0 where it is none. */
-static inline float haptable_relaxation_size(float twice_energy_j, float* inverse) {
+/* s = factor sqrt(u . S u), and 1 / s, with work_j = u . F_e; 0 and 0 where it is none. */
+static inline float haptable_relaxation_size(float work_j, float factor, float* inverse) {
+    const float twice_energy_j = work_j / factor;
     *inverse = 0.0f;
     if (!(twice_energy_j > HAPTABLE_ROOT_LEAST && twice_energy_j < HAPTABLE_ROOT_MOST)) return 0.0f;
-    *inverse = vec_inverse_root(twice_energy_j);
-    return twice_energy_j * *inverse;
+    const float inverse_root = vec_inverse_root(twice_energy_j);
+    *inverse = inverse_root / factor;
+    return factor * (twice_energy_j * inverse_root);
+}
+
+/* Of a contact's elastic force to the linear one. */
+static inline float haptable_relaxation_factor(const struct haptable_model* model, const struct haptable_servo* servo) {
+    struct haptable_stiffened unused;
+    if (!model->stiffen || servo->contact.patch == HAPTABLE_NONE) return 1.0f;
+    return model->stiffen(model, &servo->contact, servo->finger_m, &unused);
 }
 
 #endif

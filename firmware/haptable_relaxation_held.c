@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * F = -(g_rest f + sum g_k h_k),   f = S u,   dh_k/dt = df/dt - h_k / time_k      while the god-object stays
+ * F = -(g_rest f + sum g_k h_k),   f = -F_e,   dh_k/dt = df/dt - h_k / time_k      while the god-object stays
  *
  * Friction and a hand hold a contact where it is: then S is one matrix, u turns, and each direction has its own
  * history. Where the contact goes on to slide, what a term has of u's direction (in the energy's norm) goes with it,
@@ -21,14 +21,21 @@ static void sum_up(const struct haptable_model* model, struct haptable_relaxed* 
     relaxed->stress = model->rest_share * relaxed->dent + relaxed->branches;
 }
 
-/* r_k = h_k . u / s */
+/* haptable_relaxation_factor of the last tick: s^2 / (u . f). */
+static float last_factor(const struct haptable_model* model, const struct haptable_relaxed* relaxed) {
+    const float work_j = vec_dot(relaxed->offset_m, relaxed->load_n);
+    return model->stiffen && work_j > 0.0f && relaxed->dent > 0.0f ? relaxed->dent * relaxed->dent / work_j : 1.0f;
+}
+
+/* r_k = h_k . u / sqrt(u . S u) */
 static void end_hold(const struct haptable_model* model, struct haptable_relaxed* relaxed) {
+    const float factor = last_factor(model, relaxed);
     float inverse;
-    relaxed->dent = haptable_relaxation_size(vec_dot(relaxed->offset_m, relaxed->load_n), &inverse);
+    relaxed->dent = haptable_relaxation_size(vec_dot(relaxed->offset_m, relaxed->load_n), factor, &inverse);
     relaxed->dent_lost = 0.0f;
     for (int k = 0; k < model->term_count; ++k) {
         struct haptable_relaxed_term* term = &relaxed->term[k];
-        const float along = inverse * vec_dot(term->branch, relaxed->offset_m);
+        const float along = factor * inverse * vec_dot(term->branch, relaxed->offset_m);
         vec_zero(term->branch);
         vec_zero(term->lost);
         term->branch[0] = along;
@@ -40,7 +47,7 @@ static void end_hold(const struct haptable_model* model, struct haptable_relaxed
 /* h_k = r_k f / s */
 static void begin_hold(const struct haptable_model* model, struct haptable_relaxed* relaxed) {
     float inverse;
-    (void)haptable_relaxation_size(vec_dot(relaxed->offset_m, relaxed->load_n), &inverse);
+    (void)haptable_relaxation_size(vec_dot(relaxed->offset_m, relaxed->load_n), last_factor(model, relaxed), &inverse);
     for (int k = 0; k < model->term_count; ++k) {
         struct haptable_relaxed_term* term = &relaxed->term[k];
         const float along = inverse * term->branch[0];
@@ -83,7 +90,8 @@ static void feel(const struct haptable_model* model, const struct haptable_servo
     if (!relaxed->held) begin_hold(model, relaxed);
     hold(model, relaxed, load_n, out->force_n);
     vec_copy(load_n, relaxed->load_n);
-    relaxed->dent = haptable_relaxation_size(vec_dot(relaxed->offset_m, load_n), &inverse);
+    relaxed->dent = haptable_relaxation_size(vec_dot(relaxed->offset_m, load_n),
+                                             haptable_relaxation_factor(model, servo), &inverse);
     haptable_relaxation_note(relaxed, out);
     if (is_grabbed(model, servo) || vec_dot(out->force_n, load_n) < 0.0f) return;
     end_hold(model, relaxed);

@@ -12,8 +12,8 @@
 /* The largest change of a contact's force over the finger's motion that is no jump, as a multiple of its stiffness. */
 #define JUMP 2.0f
 
-/* The square of the stiffness that the contact shows, |F| / |u|; where the body relaxes, that at once, u . S u / |u|^2.
- * before: contact. */
+/* The square of the stiffness that the contact shows, |F| / |u|; where the body relaxes, that at once, u . S u / |u|^2;
+ * where it stiffens, that of the next motion. before: contact. */
 static float shown_stiffness2(const struct haptable_model* model, struct haptable_servo* servo,
                               const float force_n[3]) {
     const float most2 = model->stiffness_limit_n_per_m * model->stiffness_limit_n_per_m;
@@ -26,6 +26,12 @@ static float shown_stiffness2(const struct haptable_model* model, struct haptabl
         const float dent = haptable_relaxed_of(model, servo)->dent;
         const float twice_j = dent * dent;
         force2 = twice_j * (twice_j / u2);
+    }
+    if (model->stiffen) {
+        struct haptable_stiffened more;
+        const float factor = model->stiffen(model, &servo->contact, servo->finger_m, &more);
+        const float by = model->relax ? more.tangent / factor : more.tangent; /* dent has the factor twice */
+        force2 *= by * by;
     }
     return force2 < most2 * u2 ? force2 / u2 : most2;
 }
@@ -70,10 +76,17 @@ static void hold_back(float contact_j, float most_j, const float motion_m[3], st
 
 /* What may be owed more, J, at a contact that stores E: what the finger would pay, but no more than E in all, for what
  * it pays is known to first order only. Nothing at a first contact: its force comes at once. */
-static float most_owed(const struct haptable_servo* servo, int is_first, const float force_n[3], float contact_j) {
+static float most_owed(const struct haptable_model* model, const struct haptable_servo* servo, int is_first,
+                       const float force_n[3], float contact_j) {
     float u[3];
     vec_sub(servo->finger_m, servo->contact.god_object_m, u);
-    const float left_j = -0.5f * vec_dot(force_n, u) - servo->owed_j;
+    float stored_j = -0.5f * vec_dot(force_n, u);
+    if (model->stiffen && servo->contact.patch != HAPTABLE_NONE) {
+        struct haptable_stiffened more;
+        (void)model->stiffen(model, &servo->contact, servo->finger_m, &more);
+        stored_j *= more.stored;
+    }
+    const float left_j = stored_j - servo->owed_j;
     if (is_first || contact_j >= 0.0f || left_j <= 0.0f) return 0.0f;
     return -contact_j < left_j ? -contact_j : left_j;
 }
@@ -97,14 +110,14 @@ void haptable_release_slew(const struct haptable_model* model, struct haptable_s
     if (has_jumped(model, servo, force_n, change, motion_m)) {
         ++servo->counters.jumps;
         vec_add_scaled(1.0f, change, servo->released_n);
-        most_j = is_free ? 0.0f : most_owed(servo, is_first, force_n, vec_dot(force_n, motion_m));
+        most_j = is_free ? 0.0f : most_owed(model, servo, is_first, force_n, vec_dot(force_n, motion_m));
         vec_add_scaled(1.0f, change, held);
         contact_j = vec_dot(held, motion_m);
     } else {
         if (!(vec_length2(servo->released_n) > 0.0f || servo->owed_j > 0.0f)) return; /* most ticks */
         vec_add_scaled(0.5f, change, held);
         contact_j = vec_dot(held, motion_m);
-        most_j = most_owed(servo, is_first, force_n, contact_j);
+        most_j = most_owed(model, servo, is_first, force_n, contact_j);
     }
     shorten(model->release_n, servo->released_n);
     hold_back(contact_j, most_j, motion_m, servo);

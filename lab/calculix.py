@@ -28,7 +28,8 @@ class Deck:
     held: Indices
     young: float
     poisson: float
-    large_strain: bool = False  #: neo-Hookean, geometry as it deforms
+    large_strain: bool = False  #: neo-Hookean, or Yeoh's, geometry as it deforms
+    yeoh: tuple[float, float] = (0.0, 0.0)  #: C20 / C10, C30 / C10
     sections: str = ""  #: CalculiX's cards in place of the material and its section
     loads: str = ""  #: and for each load besides it
     density: float = 0.0  #: kg/m^3; 0: none is given
@@ -52,6 +53,10 @@ class Deck:
         if not self.large_strain:
             return ["*ELASTIC", f"{e:.13g},{nu:.13g}", *density]
         mu, kappa = e / (2.0 * (1.0 + nu)), e / (3.0 * (1.0 - 2.0 * nu))
+        if any(self.yeoh):
+            y2, y3 = self.yeoh
+            constants = (0.5 * mu, 0.5 * mu * y2, 0.5 * mu * y3, 2.0 / kappa, 0.0, 0.0)
+            return ["*HYPERELASTIC, YEOH", ",".join(f"{c:.13g}" for c in constants), *density]
         return ["*HYPERELASTIC, NEO HOOKE", f"{0.5 * mu:.13g},{2.0 / kappa:.13g}", *density]
 
     def step(self, forces: Array) -> str:
@@ -153,3 +158,26 @@ def frequencies(deck: Deck, count: int, folder: Path) -> Array:
     if len(found) < count:
         raise LabError(f"ccx ended with {status} and {len(found)} of {count} frequencies; see {folder / 'job.log'}")
     return found
+
+
+def forces(deck: Deck, nodes: Indices, weights: Array, moved: Sequence[Array], folder: Path) -> list[Array]:
+    """N [3] that hold the weighted mean displacement of the nodes at each of `moved`, m [3], one after the other; the
+    deck is of large strain, and there are fewer results where ccx finds no rest."""
+    reference = len(deck.x) + 1
+    first = np.argsort(-weights, kind="stable")  # the first term is what CalculiX eliminates
+    lines = [f"*NODE, NSET=REF\n{reference},0,0,0"]
+    for c in range(1, 4):
+        lines += [f"*EQUATION\n{len(nodes) + 1}"]
+        lines += [f"{nodes[k] + 1},{c},{weights[k]:.13g}" for k in first] + [f"{reference},{c},-1"]
+    lines += ["*NSET, NSET=PRESSED", *(f"{node + 1}," for node in nodes)]
+    text = deck.model() + "\n".join(lines) + "\n"
+    for u in moved:
+        held = "\n".join(f"{reference},{c + 1},{c + 1},{_MM * u[c]:.13g}" for c in range(3))
+        text += (f"*STEP, NLGEOM, INC=200\n*STATIC\n*BOUNDARY\n{held}\n"
+                 "*NODE PRINT, NSET=PRESSED, FREQUENCY=1000\nRF\n*END STEP\n")
+    status, printed = _run(text, folder)
+    results = [np.array(block.split(), float).reshape(-1, 4)[:, 1:].sum(0)
+               for block in re.split(r"^.*forces.*$", printed, flags=re.M)[1:]]
+    if not results:
+        raise LabError(f"ccx ended with {status} and no result; see {folder / 'job.log'}")
+    return results

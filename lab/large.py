@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from lab import LabError, elements, known, large_strain, masks, output_of, own, scan, scenes, specimens
+from lab import LabError, elements, known, large_strain, masks, output_of, own, scan, scenes, specimens, stiffening
 from lab.numbers import Topics, error_of, number, read_numbers, write_file, write_topics
 
 _COLUMNS = ["run", "nodes", "factor nonzeros", "operations", "factor CPU s", "blocks CPU s", "columns CPU s",
@@ -124,6 +124,7 @@ _MEASURED: dict[str, Callable[[Topics, Path, Path], Topics]] = {
     "truth": lambda _, folder, build: {"truth": specimens.truth_table(specimens.truths(folder, build))},
     "known": lambda _, folder, build: {"known": known.known_answers(folder / "known", build)},
     "large-strain": large_strain.large_strain,
+    "stiffening": stiffening.stiffening,
     "elements": elements.elements,
     "elsewhere": lambda _, folder, build: elements.elsewhere(folder, build)}
 PARTS = (*_RUNS, *_MEASURED)

@@ -23,7 +23,7 @@ from lab import LabError
 Topics = dict[str, dict[str, Any]]
 
 #: Topics that only the report shows: a row for every configuration.
-REPORT_ONLY = ("large-strain-curve", "order", "points", "truth")
+REPORT_ONLY = ("large-strain-curve", "order", "points", "stiffening-curve", "truth")
 
 
 # ---- the file ------------------------------------------------------------------------------------------------------

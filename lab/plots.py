@@ -162,6 +162,34 @@ def large_strain(topics: Topics) -> Figure:
     return this
 
 
+def stiffening(topics: Topics) -> Figure:
+    """Force against depth of dents that stiffen: a column a body, a row a way of moving."""
+    this = Figure("stiffening")
+    rows = frame(topics["stiffening-curve"])
+    bodies = list(rows["body"].unique())
+    panels = this.axes(3, len(bodies), width=10, height=7.2, sharex="col")
+    for row, way in enumerate(("pressing", "sideways", "pulling")):
+        for column, body in enumerate(bodies):
+            of = rows[(rows["body"] == body) & (rows["way"] == way) & (rows["place"] == "0")]
+            this.must(len(of) > 2 and of["CalculiX"].iloc[-1] > 1.05 * of["linear"].iloc[-1],
+                      f"a force that grows beyond the linear one, {body} {way}")
+            axes, mm = panels[row, column], np.concatenate([[0.0], 1e3 * of["depth"]])
+            for name, color, line in (("linear", GREY, "--"), ("stiffened", BLUE, "-")):
+                axes.plot(mm, np.concatenate([[0.0], of[name]]), line, color=color)
+            axes.plot(mm[1:], of["CalculiX"], "o", color=VERMILION, markersize=4)
+            furthest = 1.04e3 * rows[rows["body"] == body]["depth"].max()
+            axes.set(xlim=(0, furthest), ylim=(0, None), ylabel=f"{way}:\nforce, N" if column == 0 else "force, N")
+            if row == 0:
+                axes.set_title(body)
+            if row == 2:
+                axes.set_xlabel("displacement, mm")
+    handles = [figure.key("CalculiX, Yeoh's material", color=VERMILION, marker="o", linestyle="none", markersize=4),
+               figure.key("stiffened", color=BLUE), figure.key("linear", color=GREY, linestyle="--")]
+    this.figure.legend(handles=handles, loc="upper center", ncol=3)
+    this.figure.get_layout_engine().set(rect=(0, 0, 1, 0.95))
+    return this
+
+
 # ---- curves of lab.contact ------------------------------------------------------------------------------------------
 
 def _curves(file: Path) -> np.ndarray:
@@ -291,13 +319,14 @@ def relaxation_sliding(rows: np.ndarray) -> Figure:
 
 
 #: By name, those that `measured` makes.
-MEASURED = ("accuracy", "error-time", "error-flash", "error-precompute", "large-strain", "contact-line", "contact-loop",
-            "contact-edge")
+MEASURED = ("accuracy", "error-time", "error-flash", "error-precompute", "large-strain", "stiffening",
+            "contact-line", "contact-loop", "contact-edge")
 
 
 def measured(topics: Topics, curves: Path, folder: Path) -> None:
     """Every plot of what was measured, into `folder`; those of contact where lab.contact has left its curves."""
-    plots = [accuracy(topics), *(error(topics, axis) for axis in COSTS), large_strain(topics)]
+    plots = [accuracy(topics), *(error(topics, axis) for axis in COSTS), large_strain(topics),
+             stiffening(topics)]
     for draw, name in ((contact_line, "line"), (contact_loop, "loop"), (contact_edge, "edge")):
         if (curves / f"{name}.dat").exists():
             plots.append(draw(curves / f"{name}.dat"))

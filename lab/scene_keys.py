@@ -130,7 +130,8 @@ def _by_law(name: str) -> Json:
     number, text = {"type": "number"}, {"type": "string", "minLength": 1}
     three = _list(number, 3)
     known = {"axes": _list(three, 2), "around": _list(three, 2), "axes_field": _list(text, 2), "direction": three,
-             "direction_field": text}
+             "direction_field": text,
+             "stiffening": {"type": "object", "minProperties": 1, "maxProperties": 2}}
     return known.get(name, _either(number, three))
 
 

@@ -24,9 +24,14 @@ def read(file: Path) -> Scene:
 
 
 def to_toml(scene: Scene) -> str:
-    """Keys of one level of tables, or of lists of tables: all that a scene has."""
+    """Keys of one level of tables, or of lists of tables, and what stands in braces: all that a scene has."""
+    def inline(value: Any) -> str:
+        if isinstance(value, dict):
+            return "{ " + ", ".join(f"{key} = {inline(entry)}" for key, entry in value.items()) + " }"
+        return json.dumps(value)
+
     def line(key: str, value: Any) -> str:
-        return f"{key} = {json.dumps(value)}\n"
+        return f"{key} = {inline(value)}\n"
     text = "".join(line(key, value) for key, value in scene.items() if not isinstance(value, (dict, list)))
     for key, value in scene.items():
         for table in value if isinstance(value, list) else [value] if isinstance(value, dict) else []:

@@ -64,7 +64,7 @@ $(BUILD)/package/man/haptable-build.1: packaging/haptable-build packaging/man.tx
 # The library: the firmware and codegen's tables in memory, for others to link. The programs have the same objects.
 .PHONY: library
 library: $(LIBRARY)
-LIBRARY_CXX = $(wildcard host/library/*.cpp host/tables/*.cpp) $(addprefix host/base/,file.cpp hash.cpp json.cpp scene_options.cpp summary_lines.cpp) \
+LIBRARY_CXX = $(wildcard host/library/*.cpp host/tables/*.cpp) $(addprefix host/base/,file.cpp hash.cpp json.cpp scene_options.cpp stiffening.cpp summary_lines.cpp) \
     host/session/energy.cpp \
     $(filter-out $(addprefix codegen/,main.cpp text.cpp display.cpp),$(wildcard codegen/*.cpp))
 LIBRARY_C = $(patsubst %,$(BUILD)/%.o,$(wildcard firmware/*.c))

@@ -50,6 +50,8 @@ namespace haptable::test::reference {
 #define haptable_model_surface reference_model_surface
 #define haptable_relaxed_of reference_relaxed_of
 #define haptable_freed_of reference_freed_of
+#define haptable_stiffening reference_stiffening
+#define haptable_force_stiffening reference_force_stiffening
 #define haptable_relaxation reference_relaxation
 #define haptable_relaxation_held reference_relaxation_held
 #define haptable_init reference_scene_init
@@ -93,6 +95,8 @@ static inline double vec_inverse_root(double x) { return 1.0 / std::sqrt(x); }
 #include "firmware/haptable_compliance.c"
 #include "firmware/haptable_force_compliance.c"
 #include "firmware/haptable_force_compliance_packed.c"
+
+#include "firmware/haptable_stiffening.c"
 
 #include "firmware/haptable_servo.c"
 // clang-format on
@@ -139,6 +143,8 @@ static inline double vec_inverse_root(double x) { return 1.0 / std::sqrt(x); }
 #undef haptable_model_surface
 #undef haptable_relaxed_of
 #undef haptable_freed_of
+#undef haptable_stiffening
+#undef haptable_force_stiffening
 #undef haptable_relaxation
 #undef haptable_init
 #undef haptable_step
@@ -179,7 +185,7 @@ const double (*as_rows(const std::vector<double>& wide))[width] {
 }  // namespace
 
 struct ReferenceServo::State {
-    std::vector<double> vertex, stiffness, vertex_compliance, edge_compliance, patch_compliance;
+    std::vector<double> stiffening, vertex, stiffness, vertex_compliance, edge_compliance, patch_compliance;
     reference::haptable_compliance compliance{};
     reference::haptable_model model{};
     reference::haptable_servo servo{};
@@ -215,22 +221,30 @@ struct ReferenceServo::State {
     void choose(const haptable_model& m) {
         model.god_object = m.god_object == haptable_god_object_nearest ? reference::reference_god_object_nearest
                                                                        : reference::reference_god_object_least_energy;
-        if (m.force == haptable_force_interpolated) {
+        const haptable_force_fn* const force = m.linear != nullptr ? m.linear : m.force;
+        if (force == haptable_force_interpolated) {
             model.force = reference::reference_force_interpolated;
             model.energy = reference::reference_energy_interpolated;
-        } else if (m.force == haptable_force_consistent) {
+        } else if (force == haptable_force_consistent) {
             model.force = reference::reference_force_consistent;
             model.energy = reference::reference_energy_consistent;
-        } else if (m.force == haptable_force_pressure_mask) {
+        } else if (force == haptable_force_pressure_mask) {
             model.force = reference::reference_force_pressure_mask;
             model.energy = reference::reference_energy_pressure_mask;
-        } else if (m.force == haptable_force_of_least_energy) {
+        } else if (force == haptable_force_of_least_energy) {
             model.force = reference::reference_force_of_least_energy;
             model.energy = m.compliance->degree == 2 ? reference::reference_energy_consistent
                                                      : reference::reference_energy_pressure_mask;
         } else {
             throw std::logic_error("the reference does not know this force");
         }
+        if (m.stiffen == nullptr) return;
+        stiffening = {double(m.stiffening[0]), double(m.stiffening[1]), double(m.stiffening[2]),
+                      double(m.stiffening[3])};
+        model.linear = model.force;
+        model.force = reference::reference_force_stiffening;
+        model.stiffen = reference::reference_stiffening;
+        model.stiffening = stiffening.data();
     }
 
     void copy(const haptable_compliance& c, const haptable_model& m) {

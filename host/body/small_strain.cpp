@@ -91,7 +91,7 @@ std::vector<FingerLoad> fingers_on(const Body& body, const Masks& masks) {
             const auto at = std::lower_bound(masks.vertex_id.begin(), masks.vertex_id.end(), node);
             load = masks.vertex[static_cast<std::size_t>(at - masks.vertex_id.begin())];
         }
-        fingers.push_back({load, outward_at(body, node)});
+        fingers.push_back({load, outward_at(body, node), node});
     }
     return fingers;
 }

@@ -32,6 +32,7 @@ struct Departure {
 struct FingerLoad {
     NodeWeights load;
     Eigen::Vector3d outward;
+    std::int32_t node = -1;  ///< of the mesh, where it is at one
 };
 
 /// A few of a body's touchable nodes, or their masks.

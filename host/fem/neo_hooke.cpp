@@ -6,18 +6,14 @@
 #include <Eigen/Dense>
 #include <algorithm>
 
+#include "host/fem/element_points.hpp"
+
 namespace haptable {
 
 namespace {
 
 using Eigen::Matrix3d;
 using Orders = std::array<double, 3>;  // of t, t^2, t^3
-
-Matrix3d cofactor(const Matrix3d& h) {
-    Matrix3d cof;
-    for (Eigen::Index c = 0; c < 3; ++c) cof.col(c) = h.col((c + 1) % 3).cross(h.col((c + 2) % 3));
-    return cof;
-}
 
 /// J - 1
 Orders volume_change(const Matrix3d& h) {
@@ -48,34 +44,6 @@ std::array<Matrix3d, 3> stress(const Matrix3d& h, const Lame& own, const Orders&
                 p[1] * first + p[0] * second};
 }
 
-/// A point of integration of an element, of its ten nodes or of its four.
-struct Point {
-    double volume_m3;           ///< that it stands for
-    Eigen::Vector4d of_corner;  ///< the corners' linear shape functions
-    Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 10> gradient_per_m;
-};
-
-std::vector<Point> points_of(const ElementMesh& mesh, std::size_t t) {
-    if (!mesh.is_quadratic()) {  // the same everywhere
-        const TetGeometry g = tet_geometry(corners_of(mesh, t));
-        return {{g.volume_m3, Eigen::Vector4d::Constant(0.25), g.gradient_per_m}};
-    }
-    std::vector<Point> points;
-    const TenNodes node_m = ten_nodes_of(mesh, t);
-    for (const Eigen::Vector4d& at : tet_points()) {
-        const auto [det, gradient] = tet_point(node_m, at);
-        points.push_back({det / 24.0, at, gradient});
-    }
-    return points;
-}
-
-/// u of an element's nodes.
-Eigen::Matrix3Xd moves_of(const std::vector<std::int32_t>& nodes, const Eigen::Matrix3Xd& u) {
-    Eigen::Matrix3Xd moves(3, static_cast<Eigen::Index>(nodes.size()));
-    for (std::size_t b = 0; b < nodes.size(); ++b) moves.col(static_cast<Eigen::Index>(b)) = u.col(nodes[b]);
-    return moves;
-}
-
 }  // namespace
 
 NeoHooke::NeoHooke(const ElementMesh& mesh) : mesh_(mesh) {
@@ -88,7 +56,7 @@ std::vector<NeoHooke::AtCorners> NeoHooke::nodal_pressures(const Eigen::Matrix3X
     std::vector<Eigen::Vector4d> volume_m3(tets, Eigen::Vector4d::Zero());
     for (std::size_t t = 0; t < tets; ++t) {
         const Eigen::Matrix3Xd moves = moves_of(nodes_of(mesh_, t), u);
-        for (const Point& point : points_of(mesh_, t)) {
+        for (const ElementPoint& point : points_of(mesh_, t)) {
             const Orders j = volume_change(moves * point.gradient_per_m.transpose());
             volume_m3[t] += point.volume_m3 * point.of_corner;
             change[t] += point.volume_m3 * point.of_corner * Eigen::Map<const Eigen::RowVector3d>(j.data());
@@ -124,7 +92,7 @@ ForceOrders NeoHooke::force_orders(const Eigen::Matrix3Xd& u) const {
         const Lame own{own_lambda_pa(mesh_.element, mesh_.material[t]), mesh_.material[t].mu_pa};
         const std::vector<std::int32_t> nodes = nodes_of(mesh_, t);
         const Eigen::Matrix3Xd moves = moves_of(nodes, u);
-        for (const Point& point : points_of(mesh_, t)) {
+        for (const ElementPoint& point : points_of(mesh_, t)) {
             Orders pressure_pa{};
             if (cells_) Eigen::Map<Eigen::RowVector3d>(pressure_pa.data()) = point.of_corner.transpose() * of_nodes[t];
             const auto p = stress(moves * point.gradient_per_m.transpose(), own, pressure_pa);

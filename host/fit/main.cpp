@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// haptable-fit: a body's Young's modulus and relaxation from a measured press.
+// haptable-fit: a body's Young's modulus, and relaxation or stiffening, from a measured press.
 //
 //   record -> k, shares and times by least squares; scene's tables -> its own k; young = k / its k times the scene's
 #include <fmt/format.h>
@@ -22,7 +22,7 @@ struct Options {
     std::string place = "top";
     Poke where;
     int terms = 0;
-    bool json = false, quiet = false;
+    bool stiffening = false, json = false, quiet = false;
 };
 
 void add_options(CommandLine& app, Options& o) {
@@ -35,6 +35,7 @@ void add_options(CommandLine& app, Options& o) {
     app.option("--terms", o.terms, "of the relaxation; 0: as many as the record holds, up to 8")
         .range(0, 8)
         .show_default();
+    app.flag("--stiffening", o.stiffening, "a slow press: find how its dent stiffens, instead of relaxation");
     app.option("--plot", o.plot, "draw record, fit and misfit into this .svg (gnuplot)");
     app.flag("--json", o.json, "print the summary as JSON");
     app.flag("--quiet", o.quiet, "print nothing but errors (and what --json asks for)");
@@ -59,6 +60,23 @@ SummaryLines summary_of(const Scene& scene, const ForceRecord& record, const Pro
     return summary;
 }
 
+/// What a slow press gives.
+void print_dent(const Options& o, const Scene& scene, const ForceRecord& record, double own_n_per_m) {
+    if (scene.material.orthotropic || !scene.regions.empty())
+        throw Error(o.scene.string() + ": stiffening is of one isotropic material: remove the regions, or its law");
+    const DentFit fit = fit_dent(record);
+    SummaryLines summary;
+    summary.add("scene", scene.name);
+    summary.add("samples", static_cast<std::int64_t>(record.time_s.size()));
+    summary.add("stiffness_n_per_m", fit.stiffness_n_per_m);
+    summary.add("scene_stiffness_n_per_m", own_n_per_m);
+    for (std::size_t k = 0; k < fit.curve.c.size(); ++k) summary.add(fmt::format("c_{}", k + 1), fit.curve.c[k]);
+    summary.add("energy_j", fit.curve.energy_j);
+    summary.add("misfit_n", fit.misfit_n);
+    summary.print(o.json, o.quiet);
+    if (!o.json && !o.quiet) fmt::print("\n{}", scene_lines(scene, fit.stiffness_n_per_m / own_n_per_m, fit));
+}
+
 void run(Options& o) {
     const ForceRecord record = read_force_record(o.record);
     const Scene scene = read_scene(o.scene);
@@ -69,6 +87,7 @@ void run(Options& o) {
     refuse_free_body(folder, "haptable-fit");
     o.where.depth_m = *std::max_element(record.depth_m.begin(), record.depth_m.end());
     const double own_n_per_m = stiffness_at_once(read_tables(folder), read_modes(folder), o.place, o.where);
+    if (o.stiffening) return print_dent(o, scene, record, own_n_per_m);
     const PronyFit fit = fit_prony(record, static_cast<std::size_t>(o.terms), 8);
     if (!o.quiet && fit.relaxation.size() < static_cast<std::size_t>(o.terms))
         fmt::print(stderr, "haptable-fit: note: the record determines {} terms, not {}\n", fit.relaxation.size(),
@@ -81,7 +100,8 @@ void run(Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    CommandLine app("Finds a body's Young's modulus and relaxation from a measured press.", "haptable-fit");
+    CommandLine app("Finds a body's Young's modulus, and relaxation or stiffening, from a measured press.",
+                    "haptable-fit");
     Options options;
     add_options(app, options);
     return run_program(app, argc, argv, [&] { run(options); });

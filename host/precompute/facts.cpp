@@ -58,6 +58,34 @@ std::optional<SmallStrain> read_small_strain(const nlohmann::json& json) {
                        json.at("sideways_m")};
 }
 
+ordered_json to_json(const DentErrors& errors) {
+    return {{"dents", errors.dents},
+            {"depth_m", errors.depth_m},
+            {"rms", errors.rms},
+            {"worst", errors.worst},
+            {"linear_rms", errors.linear_rms}};
+}
+
+ordered_json to_json(const Stiffening& material, const StiffeningFit& fit) {
+    ordered_json json{{"curve", fit.curve.c}, {"energy_j", fit.curve.energy_j}};
+    if (material.curve.energy_j > 0.0) return json;
+    if (material.fung > 0.0)
+        json["fung"] = material.fung;
+    else
+        json["yeoh"] = {material.y2, material.y3};
+    json["fitted"] = to_json(fit.fitted);
+    for (std::size_t way = 0; way < kDentWays.size(); ++way) {
+        ordered_json& of_way = json["by_way"][std::string(kDentWays[way])] = to_json(fit.by_way[way]);
+        of_way["is_fitted"] = static_cast<bool>(fit.is_fitted[way]);
+    }
+    for (std::size_t place = 0; place < fit.by_place.size(); ++place) {
+        ordered_json of_place{{"node", fit.node[place]}, {"pressed_n_per_m", fit.pressed_n_per_m[place]}};
+        of_place.update(to_json(fit.by_place[place]));
+        json["by_place"].push_back(std::move(of_place));
+    }
+    return json;
+}
+
 Locking read_locking(const nlohmann::json& json) {
     return {json.at("expected_locking"), json.at("finger_radius_m"), json.at("places")};
 }
@@ -131,6 +159,7 @@ ordered_json facts_of(const Scene& scene, const Body& body, const Summary& summa
     if (gravity) json["gravity"] = to_json(*gravity);
     json["checks"] = to_json(checks);
     json["small_strain"] = to_json(small_strain, scene.contact);
+    if (summary.stiffening) json["stiffening"] = to_json(*scene.material.stiffening, *summary.stiffening);
     json["factor"] = {{"ordering", factor.ordering}, {"fill", factor.fill}, {"flops", factor.flops}};
     json["blocks"] = {{"method", blocks.method}, {"precision", name_of(blocks.precision)}, {"flops", blocks.flops}};
     json["columns"] = {{"precision", columns.format.empty() ? "" : name_of(columns.facts.precision)},

@@ -287,6 +287,16 @@ Matrices compute(const Run& run, Summary& summary) {
     k = Stiffness();
     clock.begin("small_strain");
     summary.inverse.small_strain = find_small_strain(scene, body, plan.masks, whole);
+    if (const auto& stiffening = scene.material.stiffening) {
+        clock.begin("stiffening");
+        if (stiffening->curve.energy_j > 0.0) {
+            summary.stiffening.emplace().curve = stiffening->curve;
+            summary.inverse.small_strain.reset();
+        } else {
+            summary.stiffening = fit_stiffening(scene, body, plan.masks, whole, progress);
+            summary.inverse.small_strain = summary.stiffening->good;
+        }
+    }
     clock.begin("locking");
     summary.inverse.locking = measure_locking(scene, body, plan.masks, whole);
     // 6. L_ii of nodes, L_ij of edges and under masks.
@@ -414,8 +424,8 @@ Result precompute(const Scene& given, const fs::path& folder_in, Progress& progr
     // 3. What an earlier run left that still holds, and so what is missing. Then 4 to 7: K, its factor, what is wanted
     // of L = K^-1.
     clock.begin("plan");
-    // What two fingers and modes need of an earlier run's factor was not kept.
-    const bool anew = options.force || is_coupled(scene) || scene.body_modes;
+    // What two fingers, modes and dents need of an earlier run's factor was not kept.
+    const bool anew = options.force || is_coupled(scene) || scene.body_modes || scene.material.stiffening;
     Plan plan = make_plan(scene, body, drawing, summary.identity, folder, anew);
     Workers workers(threads_of(options));
     if (scene.contact.force == ForceLaw::kPressureMask) {

@@ -154,6 +154,30 @@ std::string describe(const PairSummary& pair) {
         how, human_bytes(pair.bytes), pair.error.places, pair.error.worst, pair.error.p99);
 }
 
+std::string describe(const StiffeningFit& fit) {
+    const DentErrors& all = fit.fitted;
+    if (all.dents == 0)
+        return fmt::format(
+            "  stiffening: the scene's curve, {:.2g} times the linear force where that stores {:.2g} J\n",
+            fit.curve.factor(fit.curve.energy_j), fit.curve.energy_j);
+    std::string text = fmt::format(
+        "  stiffening: the force of {} dents, {:.2g} m deep, is off by {:.1f} % (rms; linear: {:.1f} %), at most "
+        "{:.0f} "
+        "%\n",
+        all.dents, all.depth_m, 100.0 * all.rms, 100.0 * all.linear_rms, 100.0 * all.worst);
+    for (std::size_t way = 0; way < kDentWays.size(); ++way)
+        text += fmt::format("    {:<9} {:.1f} % (linear: {:.1f} %) to {:.2g} m{}\n", kDentWays[way],
+                            100.0 * fit.by_way[way].rms, 100.0 * fit.by_way[way].linear_rms, fit.by_way[way].depth_m,
+                            fit.is_fitted[way] ? "" : ", which this finger does not go");
+    for (std::size_t place = 0; place < fit.by_place.size(); ++place)
+        text += fmt::format("    at node {:<6} {:.1f} % (linear: {:.1f} %)\n", fit.node[place],
+                            100.0 * fit.by_place[place].rms, 100.0 * fit.by_place[place].linear_rms);
+    return text + fmt::format(
+                      "    within {:.0f} % to {:.2g} m deep; pulling {:.2g}, sideways {:.2g} m (median of {} places)\n",
+                      100.0 * SmallStrain::kShare, fit.good.pressing_m, fit.good.pulling_m, fit.good.sideways_m,
+                      fit.good.places);
+}
+
 /// Adds the limits of [device]; what is off is left out.
 void add_limits(const SafetyLimits& limits, nlohmann::ordered_json& json) {
     if (limits.max_speed_m_s > 0.0) json["max_speed_m_s"] = limits.max_speed_m_s;
@@ -176,6 +200,9 @@ std::string stiffness_line(const Scene& scene, const ServoStiffness& k, const Pr
     else if (by_held && k.stable_n_per_m < held_n_per_m && k.stable_n_per_m > press.largest_n_per_m)
         more = fmt::format(": for held nodes take rigid_stiffness = {:.2g} or coupling = \"auto\" in [contact]",
                            0.9 * k.stable_n_per_m);
+    else if (k.felt_n_per_m > k.largest_n_per_m)
+        more = fmt::format("; a dent stiffens to {:.3g} N/m at max_force{}", k.felt_n_per_m,
+                           k.felt_n_per_m > k.stable_n_per_m ? ": consider a smaller one" : "");
     else if (k.largest_n_per_m > k.stable_n_per_m)
         more = ": consider coupling = \"auto\" in [contact]";
     const double free_n_per_m = by_held ? press.largest_n_per_m : k.largest_n_per_m;
@@ -308,7 +335,9 @@ std::string to_table(const Scene& scene, const Body& body, const Summary& summar
     if (summary.pair) text += describe(*summary.pair);
     if (summary.body_modes) text += describe(*summary.body_modes);
     text += stiffness_line(scene, summary.size.stiffness, press);
-    if (const auto& s = summary.inverse.small_strain)
+    if (summary.stiffening)
+        text += describe(*summary.stiffening);
+    else if (const auto& s = summary.inverse.small_strain)
         text += fmt::format(
             "  small strain: the force is within {:.0f} % of a rubber's to {:.2g} m deep; pulling {:.2g}, sideways "
             "{:.2g} m "

@@ -11,6 +11,7 @@
 #include "host/body/gravity.hpp"
 #include "host/body/locking.hpp"
 #include "host/body/small_strain.hpp"
+#include "host/body/stiffening_fit.hpp"
 #include "host/body/under_constrained.hpp"
 #include "host/compliance/modes.hpp"
 #include "host/compliance/pair_coupling.hpp"
@@ -116,6 +117,7 @@ struct Summary {
     MaskSummary mask;
     std::optional<PairSummary> pair;  ///< of two fingers
     std::optional<ModeFacts> body_modes;
+    std::optional<StiffeningFit> stiffening;
     std::vector<Eigen::Vector3d> sag_m;  ///< [N] under the body's own weight; empty without [gravity]
     Reused reused;
     std::vector<ProcessCost> processes;  ///< where there are many

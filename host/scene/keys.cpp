@@ -154,6 +154,11 @@ std::vector<Key> make_keys() {
          .means = "`true`: a surface is wrapped, then filled; `false`: never"},
     });
     add_material(keys, "material");
+    add("material", {
+        {.name = "stiffening", .type = kByLaw, .changes = kTables,
+         .means = "[how dents stiffen](MATERIALS.md#dents-that-stiffen), regions too: `{ yeoh = [y2, y3] }`, "
+                  "`{ fung = b }`, or haptable-fit's `{ curve = [c1, c2, c3], energy = e0 }`"},
+    });
     add_where(keys, "region");
     add_material(keys, "region");
     add("region", {
@@ -441,6 +446,19 @@ std::vector<Rule> make_rules() {
         {kExcludes, "body.modes>0", "gravity.prestress=true",
          "are those of the body without stress; remove prestress, or modes"},
         {kExcludes, "body.modes>0", "relaxation", "are of an elastic body: remove [[relaxation]], or modes"},
+        {kExcludes, "material.stiffening", "body.modes>0",
+         "is of the whole dent, of which modes take a part that stays linear: remove it, or modes"},
+        {kExcludes, "material.stiffening", "contact.fingers=2",
+         "is of the dent of one finger: remove it, or the second finger"},
+        {kExcludes, "material.stiffening", "tool", "is of the dent of one finger: remove it, or [tool]"},
+        {kExcludes, "material.stiffening", "contact.coupling=auto",
+         "is of the body alone, and a coupling is in series with it: remove one of them"},
+        {kExcludes, "material.stiffening", "contact.coupling>0",
+         "is of the body alone, and a coupling is in series with it: remove one of them"},
+        {kExcludes, "material.stiffening", "gravity.prestress=true",
+         "begins at a body without stress: remove it, or prestress"},
+        {kExcludes, "material.stiffening", "bed", "is of a body that nodes hold: remove it, or [[bed]]"},
+        {kExcludes, "material.stiffening", "membrane", "is of a body without a skin: remove it, or [[membrane]]"},
         {kExcludes, "body.modes>0", "contact.passivity=true",
          "count what contacts give themselves: remove passivity, or modes"},
         {kNeeds, "body.modes>0", "gravity|body.density|body.mass",

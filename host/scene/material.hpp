@@ -8,6 +8,8 @@
 #include <optional>
 #include <string>
 
+#include "host/base/stiffening.hpp"
+
 namespace haptable {
 
 /// Directions 1 and 2 of a material, which 3 = 1 x 2 makes a right-handed frame. 2 is made normal to 1.
@@ -32,6 +34,7 @@ struct Material {
     double young_pa = 0.0;  ///< > 0; of an orthotropic one those of like()
     double poisson = 0.0;   ///< -1 < poisson < 0.5
     std::optional<Orthotropic> orthotropic = {};
+    std::optional<Stiffening> stiffening = {};  ///< [material] alone, for all regions: dents stiffen
 };
 
 /// Transverse isotropy: fibres along 1, alike in all directions across them.

@@ -43,6 +43,49 @@ Material read_isotropic(const Section& section, Element element) {
     return material;
 }
 
+/// { curve = [c1, c2, c3], energy = e0 }: what haptable-fit gives.
+StiffeningCurve read_curve(const Section& section) {
+    StiffeningCurve curve;
+    const std::vector<double> c = section.numbers("curve", 3, "three numbers of haptable-fit, [c1, c2, c3]");
+    std::copy(c.begin(), c.end(), curve.c.begin());
+    curve.energy_j = section.number("energy");
+    if (!(curve.energy_j > 0.0))
+        section.fail("energy", fmt::format("is {} J and must be greater than 0", curve.energy_j));
+    if (!curve.grows())
+        section.fail("curve", "has a force that does not grow with the dent: take the numbers of haptable-fit");
+    return curve;
+}
+
+/// One of two laws, { yeoh = [y2] }, { yeoh = [y2, y3] } or { fung = b }; or a curve.
+Stiffening read_stiffening(const Section& section) {
+    constexpr double kMost = 1e4;  // a body that is as stiff again at a strain of 1 %
+    section.require_known({"yeoh", "fung", "curve", "energy"});
+    if (section.has("yeoh") + section.has("fung") + section.has("curve") != 1)
+        section.fail("yeoh",
+                     "give one law, { yeoh = [y2, y3] } or { fung = b }, or { curve = [c1, c2, c3], energy = e0 }");
+    if (section.has("curve")) return {.curve = read_curve(section)};
+    const auto require = [&](std::string_view key, double value) {
+        if (!(value >= 0.0 && value <= kMost))
+            section.fail(key, fmt::format("has {} and must lie in 0..{:g}: a body that stiffens", value, kMost));
+    };
+    Stiffening stiffening;
+    if (section.has("fung")) {
+        stiffening.fung = section.number("fung");
+        require("fung", stiffening.fung);
+        if (!(stiffening.fung > 0.0)) section.fail("fung", "is 0, a body that does not stiffen: remove stiffening");
+        return stiffening;
+    }
+    const toml::array* list = section.find("yeoh")->as_array();
+    const bool has_one = list != nullptr && list->size() == 1;
+    const std::vector<double> y = section.numbers("yeoh", has_one ? 1 : 2, "[y2] or [y2, y3], C20 / C10 and C30 / C10");
+    for (const double value : y) require("yeoh", value);
+    stiffening.y2 = y[0];
+    if (!has_one) stiffening.y3 = y[1];
+    if (!(stiffening.y2 + stiffening.y3 > 0.0))
+        section.fail("yeoh", "is 0, a body that does not stiffen: remove stiffening");
+    return stiffening;
+}
+
 using Vector = std::array<double, 3>;
 
 double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
@@ -124,7 +167,7 @@ Material read_fibre(const Section& section, Element element) {
 
 /// Keys of each law, besides a region's box or group.
 const std::map<std::string, Names> kLaws{
-    {"isotropic", {"law", "young", "poisson"}},
+    {"isotropic", {"law", "young", "poisson", "stiffening"}},
     {"orthotropic", {"law", "young", "poisson", "shear", "axes", "axes_field", "around"}},
     {"fibre",
      {"law", "young_along", "young_across", "poisson", "poisson_across", "shear", "direction", "direction_field",
@@ -141,7 +184,13 @@ Material read_material(const Section& section, Element element) {
                 section.fail(key, fmt::format("does not belong to law = \"{}\", whose keys are {}", law,
                                               fmt::join(own.begin() + 1, own.end(), ", ")));
     if (law == "orthotropic") return read_orthotropic(section, element);
-    return law == "fibre" ? read_fibre(section, element) : read_isotropic(section, element);
+    if (law == "fibre") return read_fibre(section, element);
+    Material material = read_isotropic(section, element);
+    if (!section.has("stiffening")) return material;
+    if (section.find("stiffening")->as_table() == nullptr)
+        section.fail("stiffening", "must be a law in braces: { yeoh = [y2, y3] }, or { fung = b }");
+    material.stiffening = read_stiffening(section.section("stiffening", true));
+    return material;
 }
 
 }  // namespace haptable

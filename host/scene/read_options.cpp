@@ -149,6 +149,11 @@ Json as_json(const toml::node& node) {
         for (const toml::node& entry : *list) all.push_back(as_json(entry));
         return all;
     }
+    if (const toml::table* table = node.as_table()) {
+        Json all = Json::object();
+        for (const auto& [key, entry] : *table) all[std::string(key.str())] = as_json(entry);
+        return all;
+    }
     if (node.is_string()) return node.as_string()->get();
     if (const std::optional<double> value = node.value<double>()) return *value;
     return {};

@@ -320,7 +320,12 @@ Json to_json(const Material& material) {
 void store(const Material& material, Json& values) {
     const Json constants = to_json(material);
     for (const auto& [key, value] : constants.items()) values[key] = value;
-    for (const char* key : {"young_along", "young_across", "poisson_across"}) values.erase(key);
+    for (const char* key : {"young_along", "young_across", "poisson_across", "stiffening"}) values.erase(key);
+    if (const auto& stiffens = material.stiffening)
+        values["stiffening"] = stiffens->curve.energy_j > 0.0
+                                   ? Json{{"curve", stiffens->curve.c}, {"energy", stiffens->curve.energy_j}}
+                               : stiffens->fung > 0.0 ? Json{{"fung", stiffens->fung}}
+                                                      : Json{{"yeoh", {stiffens->y2, stiffens->y3}}};
 }
 
 }  // namespace

@@ -52,8 +52,9 @@ struct Tick {
     Vector3d god = Vector3d::Zero();
     Vector3d raised_m = Vector3d::Zero();  ///< where another finger had raised the surface
     Matrix3d s = Matrix3d::Zero();         ///< S(god), from the tables
-    Vector3d load_n = Vector3d::Zero();    ///< S u
-    Vector3d law_n = Vector3d::Zero();     ///< -S u, cut to max_force
+    StiffeningCurve curve;                 ///< of the dent
+    Vector3d load_n = Vector3d::Zero();    ///< Psi' S u
+    Vector3d law_n = Vector3d::Zero();     ///< -Psi' S u, cut to max_force
     Vector3d force_n = Vector3d::Zero();   ///< what the user felt
     std::array<Vector3d, 3> nodal_n{};     ///< as the servo published them
     haptable_counters counters{};
@@ -63,8 +64,9 @@ struct Tick {
     /// Energy of the spring that the contact is while the god-object stands still.
     double energy_at(const Vector3d& finger) const {
         const Vector3d dent = finger - god + raised_m;
-        return contact ? 0.5 * dent.dot(s * dent) : 0.0;
+        return contact ? curve.stored(0.5 * dent.dot(s * dent)) : 0.0;
     }
+    double linear_j() const { return 0.5 * dent().dot(s * dent()); }
     double energy_j() const { return energy_at(x); }
     Vector3d released_n() const { return force_n - law_n; }
 };
@@ -117,7 +119,8 @@ public:
         now_.god = to_vector(out.god_object_m);
         if (touched_.pair != nullptr) now_.raised_m = to_vector(scene_.pair()->view[finger_].raised_m);
         now_.s = touched_.law.stiffness(now_.at);
-        now_.load_n = now_.s * now_.dent();
+        now_.curve = touched_.law.curve();
+        now_.load_n = now_.curve.factor(now_.linear_j()) * (now_.s * now_.dent());
         now_.law_n = cut(-now_.load_n, most_n());
         for (std::size_t c = 0; c < 3; ++c) now_.nodal_n[c] = to_vector(out.nodal_force_n[c]);
     }
@@ -295,7 +298,8 @@ private:
     /// The error that a force may have by the rounding of the god-object's coordinates and of the blocks.
     double rounding_of(double force_n) const {
         const Vector3d e = eigenvalues(now_.s);
-        return e[2] * rounding_m_ + std::max(kLaw, kRoundings * e[2] / e[0]) * force_n;
+        return now_.curve.largest_tangent(now_.linear_j()) * e[2] * rounding_m_ +
+               std::max(kLaw, kRoundings * e[2] / e[0]) * force_n;
     }
 
     // ---- from tick to tick ----
@@ -328,7 +332,9 @@ private:
         double slack =
             2.0 * static_cast<double>(model_.release_n) + kLaw * (now_.force_n.norm() + last_.force_n.norm());
         if (change.norm() <= slack) return;
-        if (now_.contact) slack += 2.0 * eigenvalues(now_.s)[2] * (motion.norm() + rounding_m_);
+        if (now_.contact)
+            slack += 2.0 * now_.curve.largest_tangent(now_.linear_j()) * eigenvalues(now_.s)[2] *
+                     (motion.norm() + rounding_m_);
         const Vector3d w = motion.norm() > 0.0 ? Vector3d(motion.normalized()) : Vector3d(Vector3d::Zero());
         const double along = std::min(0.0, change.dot(w));
         const double pushed = std::max(0.0, last_.law_n.dot(w)) + std::max(0.0, last_.released_n().dot(w));
@@ -381,7 +387,7 @@ private:
         if (!last_.contact) return 0.0;
         if (now_.contact) return last_.energy_j() - last_.energy_at(now_.x);
         const Vector3d motion = now_.x - last_.x;
-        const double curvature = motion.dot(last_.s * motion), slope = motion.dot(last_.load_n);
+        const double curvature = motion.dot(last_.s * motion), slope = motion.dot(last_.s * last_.dent());
         const double fraction = curvature > 0.0 ? std::clamp(-slope / curvature, 0.0, 1.0) : 0.0;
         return last_.energy_j() - last_.energy_at(last_.x + fraction * motion);
     }

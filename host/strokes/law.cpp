@@ -41,7 +41,9 @@ std::map<std::array<std::int32_t, 2>, std::size_t> places(const std::vector<std:
 }  // namespace
 
 Law::Law(const Tables& tables, const ServoModel& servo)
-    : degree_(std::max(1, tables.compliance.degree)), rigid_n_per_m_(tables.rigid_stiffness_n_per_m) {
+    : degree_(std::max(1, tables.compliance.degree)),
+      rigid_n_per_m_(tables.rigid_stiffness_n_per_m),
+      curve_(tables.stiffening) {
     for (int i = degree_; i >= 0; --i)
         for (int j = degree_ - i; j >= 0; --j) {
             exponent_.push_back({i, j, degree_ - i - j});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// f = S(g) u in double, from the tables in double: what a contact's force must be.
+// f = Psi'(e) S(g) u, e = 1/2 u . S u, in double, from the tables in double: what a contact's force must be.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,7 +24,9 @@ public:
 
     /// S(g), N/m: sum alpha_a S_a, or C(alpha)^-1, lifted where vertices are fixed.
     Eigen::Matrix3d stiffness(const SurfacePoint& g) const;
-    /// The force on corner c under a displacement u, N. s: stiffness(g).
+    /// How a dent stiffens: Psi.
+    const StiffeningCurve& curve() const { return curve_; }
+    /// What dents the linear body by u: the force on corner c, N. s: stiffness(g).
     Eigen::Vector3d nodal_force(const SurfacePoint& g, const Eigen::Matrix3d& s, const Eigen::Vector3d& u, int c) const;
     /// C^-1 of two places that are both pressed, C = [C_1 C_12; C_12^T C_2], N/m: C_12 from the pair's tables, less
     /// where they meet or where the two are as good as one (docs/SPEC.md).
@@ -45,6 +47,7 @@ private:
 
     int degree_;  ///< 1: S itself; 2, 4: C
     double rigid_n_per_m_;
+    StiffeningCurve curve_;
     std::size_t controls_ = 0;                              ///< of a patch
     std::vector<std::array<int, 3>> exponent_;              ///< [controls] of alpha
     std::vector<double> multinomial_;                       ///< [controls]

@@ -258,6 +258,13 @@ std::string to_toml(const Scene& scene) {
     }
     text += fmt::format("\n[material]\nyoung = {:.17g}\npoisson = {:.17g}\n", scene.material.young_pa,
                         scene.material.poisson);
+    if (const auto& stiffens = scene.material.stiffening)
+        text += stiffens->curve.energy_j > 0.0
+                    ? fmt::format("stiffening = {{ curve = [{:.17g}], energy = {:.17g} }}\n",
+                                  fmt::join(stiffens->curve.c, ", "), stiffens->curve.energy_j)
+                : stiffens->fung > 0.0
+                    ? fmt::format("stiffening = {{ fung = {:.17g} }}\n", stiffens->fung)
+                    : fmt::format("stiffening = {{ yeoh = [{:.17g}, {:.17g}] }}\n", stiffens->y2, stiffens->y3);
     for (const Region& region : scene.regions)
         text += fmt::format("\n[[region]]\n{}\nyoung = {:.17g}\npoisson = {:.17g}\n", box(region.where),
                             region.material.young_pa, region.material.poisson);

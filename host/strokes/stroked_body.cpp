@@ -64,6 +64,7 @@ Scene in_mode(Scene scene, const TouchMode& mode) {
     if (mode.fingers == 2) scene.tables.coupling_bytes = kMostCoupling;
     scene.free_body.reset();
     scene.body_modes.reset();
+    if (mode.fingers == 2 || mode.body.rings) scene.material.stiffening.reset();  // docs/MATERIALS.md: refused
     if (mode.body.motion > 0) {
         scene.options = options_of(scene);
         scene.options.set(kRigid[mode.body.motion - 1].key, true);

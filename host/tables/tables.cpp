@@ -109,6 +109,11 @@ void read_options(const TablesFolder& folder, const SceneOptions& o, Tables& tab
     folder.fail("options.json", error.what());
 }
 
+/// Force and stiffness grow with the dent.
+void check_curve(const TablesFolder& folder, const StiffeningCurve& curve) {
+    if (!curve.grows()) folder.fail("tables.json", "has a stiffening whose force does not grow with the dent");
+}
+
 /// How the run stored what it computed.
 void read_facts(const TablesFolder& folder, Tables& tables) try {
     const json& facts = folder.facts();
@@ -117,6 +122,11 @@ void read_facts(const TablesFolder& folder, Tables& tables) try {
     const std::string drawing = facts.at("drawing").get<std::string>();
     tables.has_columns = drawing == "columns";
     tables.has_factor = drawing == "solves";
+    if (const auto fit = facts.find("stiffening"); fit != facts.end()) {
+        fit->at("curve").get_to(tables.stiffening.c);
+        fit->at("energy_j").get_to(tables.stiffening.energy_j);
+        check_curve(folder, tables.stiffening);
+    }
     const json columns = facts.value("columns", json::object());
     tables.half_columns = columns.value("format", "") == "float16";
     tables.column_unit_m_per_n = columns.value("unit_m_per_n", 1.0);

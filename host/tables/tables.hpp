@@ -12,6 +12,7 @@
 #include "host/base/modes.hpp"
 #include "host/base/relaxation.hpp"
 #include "host/base/scene_options.hpp"
+#include "host/base/stiffening.hpp"
 #include "host/tables/folder.hpp"
 
 namespace haptable {
@@ -48,6 +49,7 @@ struct Tables {
     double mask_radius_m = 0.0;              ///< of a pressure mask; 0 for the other forces
     int fingers = 1;                         ///< or 2
     std::vector<RelaxationTerm> relaxation;  ///< none: an elastic body
+    StiffeningCurve stiffening;              ///< of dents; energy 0: they do not stiffen
     double static_friction = 0.0;            ///< 0: without friction
     double kinetic_friction = 0.0;
     bool auto_coupling = false;

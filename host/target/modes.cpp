@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "codegen/laws.hpp"
+#include "codegen/model.hpp"
 #include "firmware/haptable_bounds.h"
 #include "firmware/haptable_tool.h"
 
@@ -25,6 +26,8 @@ const LawCost& of_law(ForceLaw law) {
     return kCost[static_cast<std::size_t>(law)];
 }
 
+constexpr StiffeningCurve kCurve{{0.5, -0.5, 3.0}, 1e-4};
+
 }  // namespace
 
 std::vector<Mode> every_mode() {
@@ -32,6 +35,7 @@ std::vector<Mode> every_mode() {
     for (const char* more : {"", "friction", "passivity"})
         for (const ForceLaw force : every<ForceLaw>())
             for (const GodObject god_object : every<GodObject>()) modes.push_back({force, god_object, more});
+    for (const ForceLaw force : every<ForceLaw>()) modes.push_back({force, GodObject::kNearest, "stiffening"});
     return modes;
 }
 
@@ -45,6 +49,10 @@ haptable_model in_mode(haptable_model model, const Mode& mode) {
     } else if (mode.more == "passivity") {
         chosen.options.set("contact.release_slew", 0.05);
         chosen.options.set("contact.passivity", true);
+    } else if (mode.more == "stiffening") {
+        static const std::vector<float> kTable = stiffening_table(kCurve);
+        chosen.stiffening = kCurve;
+        model.stiffening = kTable.data();
     }
     set_laws(chosen, model);
     return model;
@@ -59,6 +67,7 @@ TickCost cost_of(const Mode& mode, std::uint64_t fan, std::uint64_t slides) {
     if (mode.more == "friction")  // and a look at the finger from where it is held
         cost.rest += MOST_FRICTION_FORCES * (200 + fan * kNormal + force) + 200 + fan * kNormal;
     if (mode.more == "passivity") cost.rest += 300;
+    if (mode.more == "stiffening") cost.rest += 80;
     return cost;
 }
 

@@ -16,14 +16,14 @@ namespace haptable {
 struct Mode {
     ForceLaw force;
     GodObject god_object;
-    std::string more;  ///< empty, friction, or passivity (and a release)
+    std::string more;  ///< empty, friction, passivity (and a release), or stiffening
 
     std::string name() const {
         return std::string(word(force)) + " " + word(god_object) + (more.empty() ? "" : " " + more);
     }
 };
 
-/// Three forces, two god-objects, each alone, with friction, with passivity and release.
+/// Three forces, two god-objects, each alone, with friction, with passivity and release; the nearest with stiffening.
 std::vector<Mode> every_mode();
 
 /// The model as it is touched in that mode.

@@ -156,8 +156,10 @@ void Painter::add_caption(const ContactFrame& frame, const Ranges& ranges, Annot
     notes.legend.push_back({"god-object", kGodObjectColor});
     notes.legend.push_back({"force on the finger", kArrowColor, LegendEntry::Sign::arrow});
     if (small_strain_m_ && depth_m > *small_strain_m_)
-        notes.warning = fmt::format("beyond small strain ({}): a rubber's force would be off by 10 % and more",
-                                    si(*small_strain_m_, "m"));
+        notes.warning = tables_.stiffening.energy_j > 0.0
+                            ? fmt::format("beyond {}: the force may be off by 10 % and more", si(*small_strain_m_, "m"))
+                            : fmt::format("beyond small strain ({}): a rubber's force would be off by 10 % and more",
+                                          si(*small_strain_m_, "m"));
 }
 
 void Painter::add_weight(Annotation& notes) const {

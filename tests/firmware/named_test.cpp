@@ -45,6 +45,11 @@ const Feature kFeatures[] = {
          s.relaxation = {{0.5, 0.1}};
      },
      "haptable_relaxation"},
+    {"stiffening",
+     [](Scene& s) {
+         s.material.stiffening = Stiffening{5.0, 0.0, 0.0, {}};
+     },
+     "haptable_force_stiffening"},
     {"a body that nothing holds",
      [](Scene& s) {
          s.fixed.clear();

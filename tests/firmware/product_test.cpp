@@ -64,9 +64,13 @@ struct Chosen {
     Storage precision = Storage::kFloat32;
     GodObject god_object = GodObject::kNearest;
     bool relaxes = false;
+    bool stiffens = false;
 };
 
 constexpr double kShare = 0.5, kTime_s = 0.05, kPress_s = 0.3, kAbove_m = 0.5e-3, kWay_m = 1.7e-3;
+
+/// Of the pressed dents, the linear energy at which a body is four times as stiff.
+constexpr double kStiff_j = 5e-5;
 
 /// What is left of a ramp's force when it was held as long as the whole press, of a standard linear solid.
 double relaxed() {
@@ -103,6 +107,7 @@ protected:
         files.tables.limits = {};
         files.tables.limits.check = true;
         if (chosen.relaxes) files.tables.relaxation = {{kShare, kTime_s}};
+        if (chosen.stiffens) files.tables.stiffening = {{0.5, 1.0, 1.5}, kStiff_j};
         const LoadedScene scene(std::move(files));
         SceneState state(scene.model(), scene.pair(), scene.body(), scene.modes());
         state.check(HAPTABLE_CHECK_ALL);
@@ -148,6 +153,38 @@ private:
 
 INSTANTIATE_TEST_SUITE_P(Tables, Combination, testing::ValuesIn(every_table()),
                          [](const auto& of) { return test_name(name_of(of.param)); });
+
+/// docs/MATERIALS.md: one finger, and no modes.
+class StiffCombination : public Combination {};
+
+std::vector<Made> tables_that_stiffen() {
+    std::vector<Made> tables = every_table();
+    std::erase_if(tables, [](const Made& made) { return made.rings || made.fingers == 2; });
+    return tables;
+}
+
+INSTANTIATE_TEST_SUITE_P(Tables, StiffCombination, testing::ValuesIn(tables_that_stiffen()),
+                         [](const auto& of) { return test_name(name_of(of.param)); });
+
+TEST_P(StiffCombination, StiffensAsItsEnergyDoes) {
+    for (const GodObject god_object : every<GodObject>())
+        for (const bool relaxes : {false, true})
+            for (const Storage precision : {Storage::kFloat32, Storage::kFloat16, Storage::kInt16}) {
+                SCOPED_TRACE(std::string(word(god_object)) + (relaxes ? ", relaxes, " : ", ") +
+                             std::string(word(precision)));
+                const Felt linear = feel({precision, god_object, relaxes}),
+                           felt = feel({precision, god_object, relaxes, true});
+                EXPECT_TRUE(felt.is_finite);
+                EXPECT_EQ(felt.left_n, 0.0);
+                EXPECT_GT(felt.pressed_n[0], 1.2 * linear.pressed_n[0]);
+                if (god_object == GodObject::kLeastEnergy || relaxes) {
+                    EXPECT_LE(felt.given_j, 2e-3 * felt.stored_j) << "a cycle gives no energy";
+                }
+                if (relaxes && !GetParam().is_free) {
+                    EXPECT_LT(felt.given_j, -0.1 * felt.stored_j) << "and one that relaxes takes some";
+                }
+            }
+}
 
 TEST_P(Combination, PressesHoldsAndLetsGo) {
     int run = 0;

@@ -202,7 +202,7 @@ def spoilt(topic: str, spoil) -> dict:
 def test_plots_of_numbers_are_drawn_and_show_what_they_are_about(tmp_path):
     plots.measured(NUMBERS, tmp_path / "no curves", tmp_path)
     made = {p.name for p in tmp_path.iterdir()}
-    for name in ("accuracy", "error-time", "error-flash", "error-precompute", "large-strain"):
+    for name in ("accuracy", "error-time", "error-flash", "error-precompute", "large-strain", "stiffening"):
         assert {f"{name}.svg", f"{name}.pdf"} <= made
 
     def flat(row):
@@ -212,6 +212,8 @@ def test_plots_of_numbers_are_drawn_and_show_what_they_are_about(tmp_path):
     refused("a force within a tick", plots.accuracy, spoilt("speed", lambda row: row[1].update(value=1e-3)))
     refused("a force that leaves the linear one", plots.large_strain,
             spoilt("large-strain-curve", lambda row: row[3].update(value=1.0)))
+    refused("a force that grows beyond the linear one", plots.stiffening,
+            spoilt("stiffening-curve", lambda row: row[4].update(value=row[6]["value"])))
 
 
 def test_fronts_are_those_that_none_beats():

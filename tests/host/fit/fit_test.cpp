@@ -241,5 +241,25 @@ TEST(Fit, TheLinesOfAScene) {
     EXPECT_NE(scene_lines(scene, 2.0, fit).find("all moduli of the scene"), std::string::npos);
 }
 
+TEST(Fit, ASlowPressGivesTheCurveThatMadeIt) {
+    const StiffeningCurve curve{{0.4, -0.3, 2.0}, 0.5 * 120.0 * 0.006 * 0.006};
+    ForceRecord record;
+    for (int k = 1; k <= 60; ++k) {
+        const double depth_m = 1e-4 * k;
+        record.time_s.push_back(k);
+        record.depth_m.push_back(depth_m);
+        record.force_n.push_back(curve.factor(60.0 * depth_m * depth_m) * 120.0 * depth_m);
+    }
+    const DentFit fit = fit_dent(record);
+    EXPECT_NEAR(fit.stiffness_n_per_m, 120.0, 1e-6);
+    EXPECT_NEAR(fit.curve.energy_j, curve.energy_j, 1e-9 * curve.energy_j);
+    for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(fit.curve.c[k], curve.c[k], 1e-8);
+    EXPECT_LT(fit.misfit_n, 1e-9);
+    for (double& force : record.force_n) force = -force;
+    EXPECT_THROW((void)fit_dent(record), Error) << "the force on the press";
+    record.depth_m.resize(5);
+    EXPECT_THROW((void)fit_dent(record), Error);
+}
+
 }  // namespace
 }  // namespace haptable::test

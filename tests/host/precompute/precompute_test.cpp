@@ -254,6 +254,45 @@ TEST_F(PrecomputeRun, TheDepthOfSmallStrainIsToldAndKept) {
     EXPECT_FALSE(read_small_strain_depth(out_));
 }
 
+TEST_F(PrecomputeRun, DentsThatStiffenAreFittedToldAndHashed) {
+    Scene scene = cube_scene();
+    const std::uint64_t linear = run(scene, out_).summary.identity.model_hash;
+    EXPECT_EQ(read_tables(out_).stiffening.energy_j, 0.0);
+    EXPECT_FALSE(parse_json(read_file(out_ / "summary.json")).contains("stiffening"));
+    scene.material.stiffening = Stiffening{5.0, 0.0, 0.0, {}};
+    const Result result = run(scene, out_);
+    const auto json = parse_json(read_file(out_ / "summary.json"));
+    const nlohmann::json& told = json.at("stiffening");
+    EXPECT_EQ(told.at("yeoh"), (std::vector{5.0, 0.0}));
+    EXPECT_LT(told.at("fitted").at("rms"), told.at("fitted").at("linear_rms"));
+    EXPECT_EQ(told.at("by_place").size(), 5U);
+    for (const char* way : {"pressing", "oblique", "sideways", "pulling"})
+        EXPECT_GT(told.at("by_way").at(way).at("depth_m"), 0.0) << way;
+    EXPECT_TRUE(told.at("by_way").at("pressing").at("is_fitted"));
+    EXPECT_FALSE(told.at("by_way").at("pulling").at("is_fitted")) << "without grab";
+    EXPECT_EQ(json.at("small_strain").at("pressing_m"), result.summary.stiffening->good.pressing_m);
+    const Tables tables = read_tables(out_);
+    EXPECT_EQ(tables.stiffening.c, result.summary.stiffening->curve.c);
+    EXPECT_EQ(tables.stiffening.energy_j, told.at("energy_j").get<double>());
+    EXPECT_NE(result.summary.identity.model_hash, linear);
+    EXPECT_TRUE(run(scene, out_).unchanged);
+    scene.material.stiffening = Stiffening{0.0, 0.0, 5.0, {}};
+    const Result fung = run(scene, out_);
+    EXPECT_FALSE(fung.unchanged);
+    EXPECT_NE(read_tables(out_).stiffening.c, tables.stiffening.c);
+    scene.material.stiffening.reset();
+    EXPECT_EQ(run(scene, out_).summary.identity.model_hash, linear);
+    EXPECT_EQ(read_tables(out_).stiffening.energy_j, 0.0);
+    // A curve that would pull, by a flipped sign in the file.
+    scene.material.stiffening = Stiffening{5.0, 0.0, 0.0, {}};
+    run(scene, out_);
+    auto facts = parse_json(read_file(out_ / "tables.json"));
+    facts["stiffening"]["curve"] = {0.0, 0.0, -4.0};
+    write_file(out_ / "tables.json", facts.dump());
+    EXPECT_NE(test::error_of([&] { (void)read_tables(out_); }).find("force does not grow with the dent"),
+              std::string::npos);
+}
+
 TEST_F(PrecomputeRun, HowMuchItLocksIsToldAndKept) {
     Scene scene = cube_scene();
     const auto told = [&] {
