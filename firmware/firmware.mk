@@ -94,19 +94,20 @@ loop: firmware
 	sh scripts/loop.sh $$name "$$HAPTABLE_SCENE" $(TARGET)
 
 # The images that the tests run: scenes of every combination on every target, the cube in 64 KiB; without cross
-# compilers, none
+# compilers, none. And scenes whose servo runs on the host alone
 IMAGE_SCENES = meshes/cube.toml meshes/mouse.toml meshes/free-cube.toml meshes/cube-two.toml \
     $(addprefix tests/firmware/,display.toml modes.toml grasp.toml squeeze.toml wobble.toml)
+HOST_SCENES = meshes/liver-spatula.toml
 OF_cube = measure.elf FLASH=64K
 OF_display = deform.elf
 .PHONY: images
-images: $(BUILD)/host/target/count.so $(IMAGE_SCENES:%=image-scene/%)
+images: $(BUILD)/host/target/count.so $(IMAGE_SCENES:%=image-scene/%) $(HOST_SCENES:%=image-scene/%)
 	@if sh scripts/setup.sh cross; then $(MAKE) --no-print-directory $(TARGETS:%=images-for-%); \
 	else echo "no cross compilers: the tests on microcontrollers skip"; fi
 
 # Scenes side by side, then the targets: what a target's images share is made in the first one's turn.
-.PHONY: $(IMAGE_SCENES:%=image-scene/%) $(TARGETS:%=images-for-%)
-$(IMAGE_SCENES:%=image-scene/%): image-scene/%: all $(SERVO)
+.PHONY: $(IMAGE_SCENES:%=image-scene/%) $(HOST_SCENES:%=image-scene/%) $(TARGETS:%=images-for-%)
+$(IMAGE_SCENES:%=image-scene/%) $(HOST_SCENES:%=image-scene/%): image-scene/%: all $(SERVO)
 	@$(MAKE) --no-print-directory scene-alone SCENE=$*
 $(TARGETS:%=images-for-%): images-for-%: | $(BUILD)/setup-cross.stamp
 	@for scene in $(IMAGE_SCENES); do \

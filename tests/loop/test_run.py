@@ -117,18 +117,35 @@ def test_leaves_a_folder_with_all_of_a_session(session):
 
 
 def test_its_log_is_read_in_python(session, need):
-    """Every message of a session, of two fingers and of a body that moves and rings, as Python reads what C++ wrote."""
+    """Every message but a tool's, of two fingers and of a body that moves and rings, as Python reads what C++ wrote."""
     need("wobbling/servo")
     session.ended("--path", "lift", "--fingers", "2", "--lockstep", "--seconds", "0.6", *QUIET,
                   scene="tests/firmware/wobble.toml")
     from haptable.messages import CHANNELS
     heard = {channel: [event.message for event in session.log() if event.channel == channel] for channel in CHANNELS}
-    assert all(heard.values()), {channel: len(messages) for channel, messages in heard.items()}
+    assert {channel for channel, messages in heard.items() if not messages} == {"HAPTABLE_POSE", "HAPTABLE_WRENCH"}
     forces = np.float32([message.force_n for message in heard["HAPTABLE_FORCE_2"]])
     rows = session.csv("servo")
     assert forces.any() and np.isin(forces[:, 2], rows["force_z2"].astype(np.float32)).all()
     assert any(message.count for message in heard["HAPTABLE_CONTACT_2"])
     assert heard["HAPTABLE_MODES"][-1].count > 0
+
+
+def test_a_tool_is_turned_drawn_and_read_in_python(session, need):
+    need("liver-spatula/servo", "bin/haptable-view")
+    summary = session.ended("--path", "roll", "--lockstep", "--draw", "pictures", "--json",
+                            scene="meshes/liver-spatula.toml")
+    assert summary["trouble"] == "none" and summary["contact_ticks"] > 500 and summary["largest_depth_m"] > 0.002
+    log = list(session.log())
+    poses, wrenches = ([event.message for event in log if event.channel == channel]
+                       for channel in ("HAPTABLE_POSE", "HAPTABLE_WRENCH"))
+    assert min(len(poses), len(wrenches)) > 0.9 * summary["ticks"] and wrenches[0].count == 12
+    assert session.json("device")["largest_torque_n_m"] > 1e-3
+    assert np.ptp([pose.turn[1] for pose in poses]) > 0.1  # turned about x, to both sides
+    rows = session.csv("servo")
+    assert np.isin(np.float32([wrench.torque_n_m[0] for wrench in wrenches]), rows["torque_x"].astype(np.float32)).all()
+    assert max(sum(wrench.touches) for wrench in wrenches) > 6
+    assert len(list((session.folder / "out/pictures").glob("*.png"))) > 20
 
 
 def test_counts_the_ticks_that_its_record_lacks(session):
