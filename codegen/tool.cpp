@@ -34,7 +34,10 @@ haptable_tool_model tool_in_memory(const ToolTables& tool, const ToolPoints& poi
     haptable_tool_model to{};
     to.pair = &pair;
     to.couple = pair.place_count > 0 ? haptable_pair_couple_clusters : haptable_pair_couple_exact;
-    if (model.energy != nullptr || model.frictionless != nullptr) to.settle = haptable_tool_settle;
+    if (model.energy != nullptr || model.frictionless != nullptr) {
+        to.pull = pair.place_count > 0 ? haptable_pair_pull_clusters : haptable_pair_pull_exact;
+        to.settle = haptable_tool_settle;
+    }
     to.span = haptable_span_of_tool;
     to.point_m = reinterpret_cast<const float(*)[3]>(point.data());
     to.point_count = static_cast<std::uint16_t>(point.size());

@@ -71,6 +71,11 @@ typedef void haptable_pair_blocks_fn(const struct haptable_pair_model* tables, u
 typedef void haptable_pair_couple_fn(const struct haptable_pair_model* tables, const struct haptable_pair_place* first,
                                      const struct haptable_pair_place* second, float x[9]);
 
+/* v . X w by the controls of two places: of the first q_k = v . sum_l w_l C_kl w, of the second r_l. */
+typedef void haptable_pair_pull_fn(const struct haptable_pair_model* tables, const struct haptable_pair_place* first,
+                                   const struct haptable_pair_place* second, const float v[3], const float w[3],
+                                   float q[HAPTABLE_PAIR_CONTROLS], float r[HAPTABLE_PAIR_CONTROLS]);
+
 /* Both god-objects of a tick at once, where they rest together; 0 where they do not, and then nothing was moved: where
  * they rest but the one gives no force, pair->touches says so. is_late: 1 where each has moved in this tick already,
  * and looked at its finger: they rest only where both surely press. */
@@ -127,12 +132,14 @@ struct haptable_pair_model {
 haptable_pair_cross_fn haptable_pair_cross_exact;
 haptable_pair_blocks_fn haptable_pair_blocks_exact;
 haptable_pair_couple_fn haptable_pair_couple_exact;
+haptable_pair_pull_fn haptable_pair_pull_exact;
 
 /* Pairs of clusters of places. cost: for each two clusters that the patches load a core of the rank squared, or a
  * block for each two places; blocks: controls times that. */
 haptable_pair_cross_fn haptable_pair_cross_clusters;
 haptable_pair_blocks_fn haptable_pair_blocks_clusters;
 haptable_pair_couple_fn haptable_pair_couple_clusters;
+haptable_pair_pull_fn haptable_pair_pull_clusters;
 
 haptable_energy_fn haptable_pair_energy;
 haptable_pair_settle_fn haptable_pair_settle;

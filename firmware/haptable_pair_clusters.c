@@ -247,13 +247,29 @@ void haptable_pair_blocks_clusters(const struct haptable_pair_model* tables, uin
     }
 }
 
-void haptable_pair_couple_clusters(const struct haptable_pair_model* tables, const struct haptable_pair_place* first,
-                                   const struct haptable_pair_place* second, float x[9]) {
-    const int count = pair_count(tables->law);
-    float row[HAPTABLE_PAIR_CONTROLS][9];
+/* x_k = sum_l w_l C_kl by the first's controls. */
+static void rows_between(const struct haptable_pair_model* tables, const struct haptable_pair_place* first,
+                         const struct haptable_pair_place* second, float (*x)[9]) {
     struct loads at, of;
     see_loads(tables, first->patch, &at);
     see_loads(tables, second->patch, &of);
-    couple(tables, &at, &of, second->weight, row, 1);
-    pair_sum_blocks(count, first->weight, row[0], 9, x);
+    couple(tables, &at, &of, second->weight, x, 1);
+}
+
+void haptable_pair_couple_clusters(const struct haptable_pair_model* tables, const struct haptable_pair_place* first,
+                                   const struct haptable_pair_place* second, float x[9]) {
+    float row[HAPTABLE_PAIR_CONTROLS][9];
+    rows_between(tables, first, second, row);
+    pair_sum_blocks(pair_count(tables->law), first->weight, row[0], 9, x);
+}
+
+void haptable_pair_pull_clusters(const struct haptable_pair_model* tables, const struct haptable_pair_place* first,
+                                 const struct haptable_pair_place* second, const float v[3], const float w[3],
+                                 float q[HAPTABLE_PAIR_CONTROLS], float r[HAPTABLE_PAIR_CONTROLS]) {
+    const int count = pair_count(tables->law);
+    float row[HAPTABLE_PAIR_CONTROLS][9];
+    rows_between(tables, first, second, row);
+    for (int k = 0; k < count; ++k) q[k] = mat_bilinear(row[k], v, w);
+    rows_between(tables, second, first, row);
+    for (int l = 0; l < count; ++l) r[l] = mat_bilinear(row[l], w, v);
 }

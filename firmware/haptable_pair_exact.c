@@ -62,3 +62,28 @@ void haptable_pair_couple_exact(const struct haptable_pair_model* tables, const 
     mat_copy(sum[0], x);
     mat_add(1.0f, sum[1], x);
 }
+
+void haptable_pair_pull_exact(const struct haptable_pair_model* tables, const struct haptable_pair_place* first,
+                              const struct haptable_pair_place* second, const float v[3], const float w[3],
+                              float q[HAPTABLE_PAIR_CONTROLS], float r[HAPTABLE_PAIR_CONTROLS]) {
+    const int count = pair_count(tables->law);
+    const float* const by[2][2] = {{v, w}, {w, v}}; /* no branch on the order of two controls */
+    uint16_t control[2][HAPTABLE_PAIR_CONTROLS];
+    haptable_pair_controls(tables, first->patch, control[0]);
+    haptable_pair_controls(tables, second->patch, control[1]);
+    for (int j = 0; j < count; ++j) r[j] = 0.0f;
+    for (int i = 0; i < count; ++i) {
+        const uint32_t k = control[0][i];
+        q[i] = 0.0f;
+        if (k == HAPTABLE_NONE) continue;
+        for (int j = 0; j < count; ++j) {
+            const uint32_t l = control[1][j];
+            if (l == HAPTABLE_NONE) continue;
+            const uint32_t high = k >= l ? k : l;
+            const uint32_t low = k >= l ? l : k;
+            const float pull = mat_bilinear(tables->block[high * (high + 1u) / 2u + low], by[k < l][0], by[k < l][1]);
+            q[i] += second->weight[j] * pull;
+            r[j] += first->weight[i] * pull;
+        }
+    }
+}

@@ -48,14 +48,11 @@ static inline void put_slope_weights(int count, const float alpha[3], float slop
     }
 }
 
-void haptable_pair_slope_places(const struct haptable_pair_law* law, const struct haptable_contact* contact,
-                                struct haptable_pair_place by[2]) {
+void haptable_pair_add_slope(const struct haptable_pair_law* law, const struct haptable_contact* contact,
+                             const float q[HAPTABLE_PAIR_CONTROLS], float to[2]) {
     float slope[2][HAPTABLE_PAIR_CONTROLS];
     put_slope_weights(pair_count(law), contact->alpha, slope);
-    for (int b = 0; b < 2; ++b) {
-        by[b].patch = contact->patch;
-        for (int c = 0; c < pair_count(law); ++c) by[b].weight[c] = slope[b][c];
-    }
+    for (int b = 0; b < 2; ++b) to[b] += pair_sum_numbers(pair_count(law), slope[b], q, 1);
 }
 
 void haptable_pair_load_of(const struct haptable_pair_law* law, const float a[6], const float v[3], float load_n[3]) {

@@ -49,9 +49,9 @@ void haptable_pair_controls(const struct haptable_pair_model* tables, uint16_t p
 void haptable_pair_place_of(const struct haptable_pair_law* law, const struct haptable_contact* contact,
                             struct haptable_pair_place* place);
 
-/* The same weights' derivatives by its alpha_1 and alpha_2. */
-void haptable_pair_slope_places(const struct haptable_pair_law* law, const struct haptable_contact* contact,
-                                struct haptable_pair_place by[2]);
+/* sum_k dw_k/db q_k by its alpha_1 and alpha_2, which is added. */
+void haptable_pair_add_slope(const struct haptable_pair_law* law, const struct haptable_contact* contact,
+                             const float q[HAPTABLE_PAIR_CONTROLS], float slope[2]);
 
 /* ---- what a finger is told of the other ------------------------------------------------------------------------- */
 

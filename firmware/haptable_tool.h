@@ -57,6 +57,7 @@ typedef void haptable_tool_settle_fn(const struct haptable_tool_model* tool, str
 struct haptable_tool_model {
     const struct haptable_pair_model* pair; /* tables that couple two places; its law is a compliance's */
     haptable_pair_couple_fn* couple;        /* by pair->place_count */
+    haptable_pair_pull_fn* pull;            /* the same; with settle */
     haptable_tool_settle_fn* settle;        /* with least energy, with friction: haptable_tool_settle; else NULL */
     haptable_span_fn* span;
     uint32_t points_at; /* byte of the first struct haptable_tool_point in the state */

@@ -18,24 +18,27 @@
 /* A fall of E below this part of it is rounding. */
 #define LEAST_FALL 1e-7f
 
-/* -dE/db of a point by its alpha_1 and alpha_2: e_b . f_i + f_i . (1/2 C_ii,b f_i + sum_j C_ij,b f_j). */
-static void fall_of(const struct haptable_tool_model* tool, const struct haptable_tool_point point[], uint32_t i,
-                    float fall_j[2]) {
+/* -dE/db of every point that presses, by its alpha_1 and alpha_2: e_b . f_i + f_i . (1/2 C_ii,b f_i + sum_j C_ij,b
+ * f_j).
+ */
+static void find_falls(const struct haptable_tool_model* tool, const struct haptable_tool_point point[],
+                       float (*fall_j)[2]) {
     const struct haptable_pair_model* pair = tool->pair;
-    const struct haptable_tool_point* at = &point[i];
-    struct haptable_pair_point own;
-    struct haptable_pair_slope slope;
-    struct haptable_pair_place by[2];
-    pair->bend->open(pair->model, &at->at, at->servo.finger_m, &own);
-    pair->bend->slope(pair->model, &at->at, &own, at->load_n, 0, &slope);
-    haptable_pair_slope_places(pair->law, &at->at, by);
-    for (int b = 0; b < 2; ++b) {
-        fall_j[b] = -slope.first_j[b];
-        for (uint32_t j = 0; j < tool->point_count; ++j) {
-            float x[9];
-            if (j == i || !point[j].presses) continue;
-            tool->couple(pair, &by[b], &point[j].place, x);
-            fall_j[b] += mat_bilinear(x, at->load_n, point[j].load_n);
+    for (uint32_t i = 0; i < tool->point_count; ++i) {
+        const struct haptable_tool_point* at = &point[i];
+        struct haptable_pair_point own;
+        struct haptable_pair_slope slope;
+        if (!at->presses) continue;
+        pair->bend->open(pair->model, &at->at, at->servo.finger_m, &own);
+        pair->bend->slope(pair->model, &at->at, &own, at->load_n, 0, &slope);
+        fall_j[i][0] = -slope.first_j[0];
+        fall_j[i][1] = -slope.first_j[1];
+        for (uint32_t j = 0; j < i; ++j) {
+            float q[HAPTABLE_PAIR_CONTROLS], r[HAPTABLE_PAIR_CONTROLS];
+            if (!point[j].presses) continue;
+            tool->pull(pair, &at->place, &point[j].place, at->load_n, point[j].load_n, q, r);
+            haptable_pair_add_slope(pair->law, &at->at, q, fall_j[i]);
+            haptable_pair_add_slope(pair->law, &point[j].at, r, fall_j[j]);
         }
     }
 }
@@ -54,7 +57,7 @@ static void along_plane(const float e[2][3], const float fall_j[2], float t[3]) 
 
 /* What makes a point slide: minus the slope of E along the surface, N, less what friction bears. */
 static void excess_of(const struct haptable_tool_model* tool, const struct haptable_tool_point point[], uint32_t i,
-                      float excess_n[3]) {
+                      const float fall_j[2], float excess_n[3]) {
     const struct haptable_model* model = tool->pair->model;
     const struct haptable_tool_point* at = &point[i];
     float e[2][3], normal[3];
@@ -63,8 +66,6 @@ static void excess_of(const struct haptable_tool_model* tool, const struct hapta
     vec_scale(vec_inverse_root(length2 > HAPTABLE_ROOT_LEAST ? length2 : HAPTABLE_ROOT_LEAST), normal);
     const float along = vec_dot(at->load_n, normal);
     if (tool->pair->bend) {
-        float fall_j[2];
-        fall_of(tool, point, i, fall_j);
         along_plane((const float(*)[3])e, fall_j, excess_n);
     } else {
         vec_copy(at->load_n, excess_n);
@@ -98,14 +99,16 @@ static enum going foresee(const struct haptable_tool_model* tool, struct haptabl
     struct haptable_tool_point* point = haptable_tool_points(tool, state);
     float load_n[HAPTABLE_POINTS][3], excess_n[HAPTABLE_POINTS][3];
     const float rest_m = REST * tool->pair->model->tolerance_m;
+    float falls_j[HAPTABLE_POINTS][2];
     float fall_j = 0.0f;
     enum going goes = NONE_GOES;
+    if (tool->pair->bend) find_falls(tool, point, falls_j);
     for (uint32_t i = 0; i < tool->point_count; ++i) {
         vec_zero(way_m[i]);
         vec_zero(excess_n[i]);
         if (!point[i].is_inside) continue;
         if (point[i].presses)
-            excess_of(tool, point, i, excess_n[i]);
+            excess_of(tool, point, i, falls_j[i], excess_n[i]);
         else
             way_out(tool, state, i, way_m[i]);
     }

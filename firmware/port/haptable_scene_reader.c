@@ -104,6 +104,7 @@ static const struct haptable_tool_model* take_tool(struct haptable_scene_reader*
     HAPTABLE_TOOL_FIELDS(TAKE_VALUE, TAKE_TABLE)
     to->pair = pair;
     to->couple = pair->place_count == 0 ? haptable_pair_couple_exact : haptable_pair_couple_clusters;
+    to->pull = pair->place_count == 0 ? haptable_pair_pull_exact : haptable_pair_pull_clusters;
     to->settle = pair->model->energy || pair->model->frictionless ? haptable_tool_settle : 0;
     to->span = haptable_span_of_tool;
     haptable_tool_lay_out(to);

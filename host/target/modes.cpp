@@ -136,7 +136,7 @@ std::uint64_t most_tool_cost(const Mode& mode, std::uint64_t fan, std::uint64_t 
     const Mode nearest{mode.force, GodObject::kNearest, mode.more == "friction" ? "" : mode.more};
     std::uint64_t sum = 2000 + n * (700 + most_cost(nearest, fan)) + assembly + HAPTABLE_TOOL_SETS * set;
     if (!settles) return sum;
-    sum += 2 * ways * couple + n * own;  // slopes of E
+    sum += ways / 2 * couple + n * own;  // slopes of E
     sum += HAPTABLE_TOOL_TRIALS * n * 65 * (HAPTABLE_TOOL_WALK_STEPS + MOST_STEPS - HAPTABLE_WALK_STEPS);
     return sum + (HAPTABLE_TOOL_TRIALS + 1) * (assembly + HAPTABLE_TOOL_TRIAL_SETS * set);
 }

@@ -62,6 +62,7 @@ public:
         pair_model_ = pair_in_memory(pair_, tables_, model_);
         tool_.pair = &pair_model_;
         tool_.couple = pair_.is_exact() ? haptable_pair_couple_exact : haptable_pair_couple_clusters;
+        tool_.pull = pair_.is_exact() ? haptable_pair_pull_exact : haptable_pair_pull_clusters;
         if (model_.energy != nullptr || model_.frictionless != nullptr) tool_.settle = haptable_tool_settle;
         tool_.point_m = reinterpret_cast<const float(*)[3]>(points_.data());
         tool_.point_count = static_cast<std::uint16_t>(points_.size());
