@@ -204,10 +204,6 @@ const struct haptable_counters* haptable_counters_of(const void* state, int fing
 /* Where the body is after the last tick. before: nothing holds the body ([body] free = true). */
 void haptable_pose_of(const struct haptable_scene* scene, const void* state, struct haptable_body_pose* pose);
 
-/* The contact of one of a tool's points in the last tick, as a finger's. before: the scene has a tool. */
-void haptable_tool_point_of(const struct haptable_scene* scene, const void* state, int point,
-                            struct haptable_output* out);
-
 /* How far its modes have swung after the last tick, sqrt(kg) m: as many as [body] modes says. before: it has modes. */
 const float* haptable_swing_of(const struct haptable_scene* scene, const void* state);
 

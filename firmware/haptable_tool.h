@@ -123,6 +123,10 @@ haptable_force_fn haptable_tool_force;
 haptable_finish_fn haptable_tool_brake;
 haptable_tool_settle_fn haptable_tool_settle;
 
+/* The contact of one of a tool's points in the last tick, as a finger's. before: the scene has a tool. */
+void haptable_tool_point_of(const struct haptable_scene* scene, const void* state, int point,
+                            struct haptable_output* out);
+
 /* Writes C of every point that is inside and not known, solves C_TT f_T = u_T, and finds T, by so many factorisations
  * at the most. */
 void haptable_tool_solve(const struct haptable_tool_model* tool, struct haptable_tool_state* state, int most_sets);

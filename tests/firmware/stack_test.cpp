@@ -35,9 +35,9 @@ TEST(Stack, OfEveryFunctionThatABoardCallsIsKnownOnEveryTarget) {
             ASSERT_EQ(found.status, 0) << found.err;
             std::map<std::string, int> rows = rows_of(found.out);
             for (const char* entry : {"init", "step", "watch", "check", "counters_of", "pose_of", "swing_of", "deform",
-                                      "line_begin", "line"})
+                                      "line_begin", "line", "tool_watch"})
                 EXPECT_EQ(rows.count(std::string("haptable_") + entry), 1U) << entry;
-            EXPECT_EQ(rows.size(), 10U);
+            EXPECT_EQ(rows.size(), 11U);
             EXPECT_GT(rows["haptable_line"], rows["haptable_step"] + 200) << "it steps, with an answer beside";
             EXPECT_GT(rows["haptable_step"], scene == "cube-two" || scene == "wobbling" ? 2000 : 500);
         }
