@@ -261,6 +261,7 @@ def variants(radius: float, folder: Path) -> dict[str, Change]:
 
 #: What costs the same whatever the mesh.
 OF_ANY_MESH: dict[str, Change] = {
+    "`stiffening = { yeoh = [5.0] }`": _set(material={"stiffening": {"yeoh": [5.0]}}),
     "`[[relaxation]]`, one term": _relaxes((0.3, 0.5)),
     "`[[relaxation]]`, two terms": _relaxes((0.3, 0.5), (0.2, 10.0)),
     "`[[relaxation]]`, one term, friction": _relaxes((0.3, 0.5), **_RUBS),
