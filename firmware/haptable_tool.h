@@ -161,7 +161,7 @@ static inline struct haptable_tool_point* haptable_tool_points(const struct hapt
     return (struct haptable_tool_point*)((unsigned char*)state + tool->points_at);
 }
 static inline float* haptable_tool_system(const struct haptable_tool_model* tool, struct haptable_tool_state* state) {
-    return (float*)((unsigned char*)state + tool->system_at);
+    return (float*)(void*)((unsigned char*)state + tool->system_at);
 }
 
 #ifdef __cplusplus

@@ -345,7 +345,8 @@ void haptable_step_tool(const struct haptable_scene* scene, void* of, const stru
     struct haptable_tool_output* out = (struct haptable_tool_output*)first_out;
     struct haptable_tool_state* state = state_of(of);
     struct haptable_servo* hand = &state->hand;
-    float turn[4], turn_rad[3];
+    float turn[4] = {1.0f, 0.0f, 0.0f, 0.0f};
+    float turn_rad[3] = {0.0f, 0.0f, 0.0f};
     float motion_m[3] = {0.0f, 0.0f, 0.0f};
     haptable_scene_begin(scene, of, first, now_us, first_out);
     if (!hand->finger_known) give_no_wrench(tool, state, out);

@@ -93,19 +93,18 @@ static void way_out(const struct haptable_tool_model* tool, struct haptable_tool
 
 enum going { NONE_GOES, NONE_THAT_PRESSES_GOES, SOME_GO };
 
-/* How far each point would go, and whether one goes farther than it may rest. */
+/* How far each point would go, and whether one goes farther than it may rest. before: way_m is 0. */
 static enum going foresee(const struct haptable_tool_model* tool, struct haptable_tool_state* state,
                           float (*way_m)[3]) {
     struct haptable_tool_point* point = haptable_tool_points(tool, state);
-    float load_n[HAPTABLE_POINTS][3], excess_n[HAPTABLE_POINTS][3];
+    float load_n[HAPTABLE_POINTS][3] = {{0.0f}};
+    float excess_n[HAPTABLE_POINTS][3] = {{0.0f}};
+    float falls_j[HAPTABLE_POINTS][2] = {{0.0f}};
     const float rest_m = REST * tool->pair->model->tolerance_m;
-    float falls_j[HAPTABLE_POINTS][2];
     float fall_j = 0.0f;
     enum going goes = NONE_GOES;
     if (tool->pair->bend) find_falls(tool, point, falls_j);
     for (uint32_t i = 0; i < tool->point_count; ++i) {
-        vec_zero(way_m[i]);
-        vec_zero(excess_n[i]);
         if (!point[i].is_inside) continue;
         if (point[i].presses)
             excess_of(tool, point, i, falls_j[i], excess_n[i]);
@@ -138,10 +137,10 @@ static enum going foresee(const struct haptable_tool_model* tool, struct haptabl
 
 /* Goes that part of the way from where each was. The walks of a tick share HAPTABLE_WALK_STEPS: one that needs more
  * ends on the surface where it is. */
-static void go(const struct haptable_tool_model* tool, struct haptable_tool_state* state,
+static void go(const struct haptable_tool_model* tool, struct haptable_tool_state* state, uint32_t count,
                const struct haptable_contact from[], const float (*way_m)[3], float part) {
     struct haptable_tool_point* point = haptable_tool_points(tool, state);
-    for (uint32_t i = 0; i < tool->point_count; ++i) {
+    for (uint32_t i = 0; i < count; ++i) {
         float to_m[3];
         int steps = HAPTABLE_WALK_STEPS - HAPTABLE_TOOL_WALK_STEPS;
         if (!point[i].is_inside || !(vec_length2(way_m[i]) > 0.0f)) continue;
@@ -156,20 +155,21 @@ static void go(const struct haptable_tool_model* tool, struct haptable_tool_stat
 void haptable_tool_settle(const struct haptable_tool_model* tool, struct haptable_tool_state* state) {
     struct haptable_tool_point* point = haptable_tool_points(tool, state);
     struct haptable_contact from[HAPTABLE_POINTS];
-    float way_m[HAPTABLE_POINTS][3];
+    float way_m[HAPTABLE_POINTS][3] = {{0.0f}};
+    const uint32_t count = tool->point_count;
     float part = 1.0f;
     const enum going goes = foresee(tool, state, way_m);
     if (goes == NONE_GOES) return;
-    for (uint32_t i = 0; i < tool->point_count; ++i) from[i] = point[i].at;
+    for (uint32_t i = 0; i < count; ++i) from[i] = point[i].at;
     /* E is of those that press: without them it stays, to rounding. */
     const int trials = goes == SOME_GO ? HAPTABLE_TOOL_TRIALS : 1;
     const float most_j = goes == SOME_GO ? state->energy_j : (1.0f + LEAST_FALL) * state->energy_j;
     for (int trial = 0; trial < trials; ++trial) {
-        go(tool, state, from, (const float(*)[3])way_m, part);
+        go(tool, state, count, from, (const float(*)[3])way_m, part);
         haptable_tool_solve(tool, state, HAPTABLE_TOOL_TRIAL_SETS);
         if (state->energy_j <= most_j) return;
         part *= 0.5f;
     }
-    go(tool, state, from, (const float(*)[3])way_m, 0.0f);
+    go(tool, state, count, from, (const float(*)[3])way_m, 0.0f);
     haptable_tool_solve(tool, state, HAPTABLE_TOOL_TRIAL_SETS);
 }

@@ -151,7 +151,7 @@ void haptable_tool_stiffness(const struct haptable_tool_model* tool, struct hapt
         }
     for (uint32_t c = 0; c < 6u; ++c) {
         for (uint32_t r = 0; r < rows; ++r)
-            w[c][r] = (w[c][r] - product_of(&in.a[r * in.width], w[c], r)) * in.inverse[r];
+            w[c][r] = (w[c][r] - product_of(in.a + r * in.width, w[c], r)) * in.inverse[r];
         for (uint32_t other = 0; other <= c; ++other) k[c][other] = product_of(w[c], w[other], rows);
     }
 }

@@ -75,7 +75,8 @@ VectorXd Indentation::direction(const State& state, const std::deque<Pair>& kept
 /// Armijo's condition. slope: of W along -down, < 0.
 std::optional<Indentation::State> Indentation::line_search(const State& from, const VectorXd& down,
                                                            double slope) const {
-    for (double part = 1.0; part > kLeastPart; part *= 0.5) {
+    double part = 2.0;
+    while ((part *= 0.5) > kLeastPart) {
         State next;
         next.x = from.x - part * down;
         const double most_j = from.energy_j + kArmijo * part * slope + kRounding * std::abs(from.energy_j);

@@ -149,7 +149,7 @@ std::string describe(const PairSummary& pair) {
                                       "{} at most",
                                       pair.clustered, pair.dense, pair.cores, pair.rank);
     return fmt::format(
-        "  two fingers: {}, {}; over {} pairs of places the forces are off by at most {:.2g} of themselves (99 %: "
+        "  coupled contacts: {}, {}; over {} pairs of places the forces are off by at most {:.2g} of themselves (99 %: "
         "{:.2g})\n",
         how, human_bytes(pair.bytes), pair.error.places, pair.error.worst, pair.error.p99);
 }

@@ -170,7 +170,8 @@ Eigen::Matrix<double, 6, 6> Law::stiffness_of_two(const haptable_pair_model& pai
         }
         c[f] = stiffness(g[f]).inverse();
     }
-    std::array<float[9], HAPTABLE_PAIR_CONTROLS * HAPTABLE_PAIR_CONTROLS> blocks;
+    constexpr std::size_t kMost = HAPTABLE_PAIR_CONTROLS;
+    std::array<float[9], kMost * kMost> blocks;
     pair.blocks(&pair, static_cast<std::uint16_t>(g[0].patch), static_cast<std::uint16_t>(g[1].patch), blocks.data());
     Matrix3d x = Matrix3d::Zero();
     for (std::size_t k = 0; k < controls; ++k)

@@ -154,7 +154,8 @@ void Painter::add_caption(const ContactFrame& frame, const Ranges& ranges, Annot
     notes.legend = {{frame.tool ? "tool" : "finger", kFingerColor[0]}};
     if (ranges.second) notes.legend.push_back({"second finger", kFingerColor[1]});
     notes.legend.push_back({"god-object", kGodObjectColor});
-    notes.legend.push_back({"force on the finger", kArrowColor, LegendEntry::Sign::arrow});
+    notes.legend.push_back(
+        {frame.tool ? "force on the hand" : "force on the finger", kArrowColor, LegendEntry::Sign::arrow});
     if (small_strain_m_ && depth_m > *small_strain_m_)
         notes.warning = tables_.stiffening.energy_j > 0.0
                             ? fmt::format("beyond {}: the force may be off by 10 % and more", si(*small_strain_m_, "m"))

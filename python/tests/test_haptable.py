@@ -374,6 +374,9 @@ class Package(unittest.TestCase):
         self.assertEqual(tuple(by["HAPTABLE_BODY"].centre_m), (0.0, 0.5, 0.0))
         self.assertEqual((by["HAPTABLE_MODES"].count, by["HAPTABLE_MODES"].swung[1]), (2, 0.75))
         self.assertEqual((list(by["HAPTABLE_STATUS"].name), list(by["HAPTABLE_STATUS"].value)), (["ticks"], [9]))
+        self.assertEqual(tuple(by["HAPTABLE_POSE"].turn), (0.5, 0.5, 0.5, 0.5))
+        wrench = by["HAPTABLE_WRENCH"]
+        self.assertEqual((tuple(wrench.torque_n_m), [list(f) for f in wrench.force_n]), ((0.0, 0.25, 0.0), [[4, 5, 6]]))
         self.assertEqual(by["OTHER"], b"bytes")
         cut = self.path / "cut.lcmlog"
         cut.write_bytes(pathlib.Path(os.environ["HAPTABLE_LOG"]).read_bytes()[:-3])

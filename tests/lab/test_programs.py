@@ -96,6 +96,7 @@ def _timed(build, folder, peer, source):
 def test_a_peer_is_timed_with_friction_and_without_in_the_ticks_of_every_mode(tmp_path, build, capfd):
     told = _timed(build, tmp_path, "spring.so", _PEER)
     modes = {f"{f} {g}{more}" for f in FORCES for g in ("nearest", "least-energy") for more in ("", " friction")}
+    modes |= {f"{f} nearest stiffening" for f in FORCES}
     for of in told["contact"], told["above"]:
         assert set(of) == {"clock", "spring", "spring friction"} | modes
         assert len({len(s) for s in of.values()}) == 1, "every one in the same ticks"

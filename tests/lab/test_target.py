@@ -57,8 +57,9 @@ def test_the_images_tell_every_tick(build):
     one, two = (target.count_ticks(build, build / "cube", "--target", "cortex-m7", "--strokes", "5", *more)
                 for more in ((), ("--every-mode",)))
     assert len(one) == 1 and len(one[0]["instructions"]) == len(one[0]["states"]) == 100
-    assert [mode["mode"] for mode in two] == [f"interpolated {g}{m}" for m in ("", " friction", " passivity")
-                                              for g in ("nearest", "least-energy")]
+    assert [mode["mode"] for mode in two] == [*(f"interpolated {g}{m}" for m in ("", " friction", " passivity")
+                                                for g in ("nearest", "least-energy")),
+                                              "interpolated nearest stiffening"]
     assert one[0]["instructions"] == two[0]["instructions"], "counts are the same each time"
     assert max(two[1]["instructions"]) <= two[1]["bound"] and two[1]["bound"] > two[0]["bound"]
 

@@ -13,7 +13,9 @@ PIP = "bin/pip install --quiet --disable-pip-version-check"
 FILLED = {"device_state": {"position_m": [0.25, -0.5, 1.0]}, "servo_force": {"force_n": [0.0, 0.0, 1.5]},
           "body_pose": {"centre_m": [0.0, 0.5, 0.0]}, "body_modes": {"count": 2, "swung": [0.0, 0.75]},
           "contact": {"count": 2, "node": [3, 5], "force_n": [[1, 2, 3], [4, 5, 6]]},
-          "servo_status": {"count": 1, "name": ["ticks"], "value": [9]}}
+          "servo_status": {"count": 1, "name": ["ticks"], "value": [9]}, "hand_pose": {"turn": [0.5, 0.5, 0.5, 0.5]},
+          "tool_wrench": {"torque_n_m": [0.0, 0.25, 0.0], "count": 1, "touches": [1], "point_m": [[1, 2, 4]],
+                          "god_object_m": [[1, 2, 3]], "force_n": [[4, 5, 6]]}}
 
 
 def write_log(file) -> None:

@@ -222,9 +222,9 @@ TEST_F(Library, ExportsItsOwnNamesAlone) {
     const Outcome names = run("nm -D --defined-only " + lib() + "/libhaptable.so.1 | awk '$2 != \"A\" { print $3 }'");
     ASSERT_EQ(names.status, 0);
     EXPECT_NE(names.out.find("haptable_finger_step@@HAPTABLE_1\n"), std::string::npos);
-    const Outcome others =
-        run("nm -D --defined-only " + lib() +
-            "/libhaptable.so.1 | grep -vE ' (A HAPTABLE_1|T haptable_(library|object|fingers?|held)_[a-z_]*@@HAPTABLE_1)$'");
+    const Outcome others = run("nm -D --defined-only " + lib() +
+                               "/libhaptable.so.1 | grep -vE ' (A HAPTABLE_1|T "
+                               "haptable_(library|object|fingers?|held)_[a-z_]*@@HAPTABLE_1)$'");
     EXPECT_EQ(others.out, "");
 }
 
