@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "codegen/bytes.hpp"
+#include "codegen/number.hpp"
 #include "host/base/error.hpp"
 #include "host/base/noise.hpp"
 
@@ -16,9 +18,7 @@ namespace {
 constexpr double kTick_s = 1e-6 * HAPTABLE_TICK_US;
 
 float finite(double value) {
-    const auto narrow = static_cast<float>(value);
-    if (!std::isfinite(narrow)) throw Error("modes.json holds a number that is not finite: make the tables again");
-    return narrow;
+    return to_float(value, "modes.json holds a number that is not finite: make the tables again");
 }
 
 }  // namespace
@@ -77,23 +77,15 @@ haptable_modes modes_in_memory(const ServoModes& body_modes) {
 }
 
 std::string modes_bytes(const ServoModes& body_modes) {
-    std::string bytes;
-    const auto add = [&](const auto* rows, std::size_t count) {
-        bytes.append(reinterpret_cast<const char*>(rows), count * sizeof *rows);
-    };
-    const auto add_table = [&](const auto& rows) {
-        const auto length = static_cast<std::uint32_t>(rows.size());
-        add(&length, 1);
-        add(rows.data(), rows.size());
-    };
-    const std::array<std::uint32_t, 2> sizes{static_cast<std::uint32_t>(body_modes.mode.size()), body_modes.controls};
-    add(sizes.data(), sizes.size());
-    add_table(body_modes.mode);
-    add_table(body_modes.shape);
     const haptable_modes whole = modes_in_memory(body_modes);
-    const std::array<std::uint32_t, 2> end{whole.control_count, whole.crc};
-    add(end.data(), end.size());
-    return bytes;
+    Bytes bytes;
+    bytes.add(static_cast<std::uint32_t>(body_modes.mode.size()));
+    bytes.add(static_cast<std::uint32_t>(body_modes.controls));
+    bytes.add_table(body_modes.mode.data(), body_modes.mode.size());
+    bytes.add_table(body_modes.shape.data(), body_modes.shape.size());
+    bytes.add(static_cast<std::uint32_t>(whole.control_count));
+    bytes.add(static_cast<std::uint32_t>(whole.crc));
+    return bytes.take();
 }
 
 std::vector<TableBytes> flash_tables(const ServoModes& body_modes) {

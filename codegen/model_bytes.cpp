@@ -2,46 +2,22 @@
 #include "codegen/model_bytes.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cstdint>
 #include <initializer_list>
 
+#include "codegen/bytes.hpp"
 #include "host/base/error.hpp"
 
 namespace haptable {
 
 namespace {
 
-static_assert(std::endian::native == std::endian::little);
-
-class Bytes {
-public:
-    template <typename T>
-    void add(const T& value) {
-        add(&value, 1);
-    }
-    template <typename Row>
-    void add_table(const Row* rows, std::size_t count) {
-        if (rows == nullptr) count = 0;
-        add(static_cast<std::uint32_t>(count));
-        add(rows, count);
-    }
-    template <typename Function>
-    void add_function(Function* function, std::initializer_list<Function*> choices) {
-        const auto* at = std::find(choices.begin(), choices.end(), function);
-        if (function != nullptr && at == choices.end()) throw Error("a model names a function that is not the servo's");
-        add(function == nullptr ? 0U : static_cast<std::uint32_t>(at - choices.begin()) + 1U);
-    }
-    std::string take() { return std::move(text_); }
-
-private:
-    template <typename Row>
-    void add(const Row* rows, std::size_t count) {
-        text_.append(reinterpret_cast<const char*>(rows), count * sizeof(Row));
-    }
-
-    std::string text_;
-};
+template <typename Function>
+void add_function(Function* function, std::initializer_list<Function*> choices, Bytes& bytes) {
+    const auto* at = std::find(choices.begin(), choices.end(), function);
+    if (function != nullptr && at == choices.end()) throw Error("a model names a function that is not the servo's");
+    bytes.add(function == nullptr ? 0U : static_cast<std::uint32_t>(at - choices.begin()) + 1U);
+}
 
 // What the lists' numbers of rows speak of. NOLINTBEGIN(bugprone-macro-parentheses): names that are declared
 #define HAPTABLE_NAME_VALUE(type, name) [[maybe_unused]] const auto& name = from.name;
@@ -53,7 +29,7 @@ private:
 #define HAPTABLE_ADD_VALUE(type, name) bytes.add(from.name);
 #define HAPTABLE_ADD_TABLE(type, name, count) bytes.add_table(from.name, static_cast<std::size_t>(count));
 #define HAPTABLE_CHOICE(function) function,
-#define HAPTABLE_ADD_FUNCTION(type, name, choices) bytes.add_function<type>(from.name, {choices(HAPTABLE_CHOICE)});
+#define HAPTABLE_ADD_FUNCTION(type, name, choices) add_function<type>(from.name, {choices(HAPTABLE_CHOICE)}, bytes);
 #define HAPTABLE_ADD_PART(type, name)                            \
     bytes.add(static_cast<std::uint32_t>(from.name != nullptr)); \
     if (from.name != nullptr) add(*from.name, vertex_count, patch_count, bytes);

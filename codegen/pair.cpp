@@ -8,6 +8,8 @@
 #include <cmath>
 #include <iterator>
 
+#include "codegen/bytes.hpp"
+#include "codegen/number.hpp"
 #include "codegen/polynomial.hpp"
 #include "host/base/error.hpp"
 #include "host/base/noise.hpp"
@@ -24,11 +26,7 @@ static_assert(kClusterPlaces == HAPTABLE_PAIR_CLUSTER && kMostRank == HAPTABLE_P
               kMostLoaded == HAPTABLE_PAIR_PLACES && kDenseForm == HAPTABLE_PAIR_DENSE &&
               kTwiceForm == HAPTABLE_PAIR_TWICE);
 
-float finite(double value) {
-    const auto narrow = static_cast<float>(value);
-    if (!std::isfinite(narrow)) throw Error("the coupling of two fingers holds a number that is not finite");
-    return narrow;
-}
+float finite(double value) { return to_float(value, "the coupling of two fingers holds a number that is not finite"); }
 
 std::array<float, 9> in_float(const Rows& block) {
     std::array<float, 9> to{};
@@ -200,15 +198,6 @@ haptable_pair_model pair_in_memory(const ServoPair& pair, const Tables& tables, 
 }
 
 std::string coupling_bytes(const haptable_pair_model& from) {
-    std::string bytes;
-    const auto add = [&](const auto* rows, std::size_t count) {
-        bytes.append(reinterpret_cast<const char*>(rows), count * sizeof *rows);
-    };
-    const auto add_table = [&](const auto* rows, std::size_t count) {
-        const auto length = static_cast<std::uint32_t>(count);
-        add(&length, 1);
-        if (count > 0) add(rows, count);
-    };
 #define HAPTABLE_LAW(name) &haptable_pair_##name,
     constexpr const haptable_pair_law* kInOrder[] = {HAPTABLE_PAIR_LAWS(HAPTABLE_LAW)};
 #undef HAPTABLE_LAW
@@ -216,13 +205,14 @@ std::string coupling_bytes(const haptable_pair_model& from) {
     const std::uint32_t control_count = from.control_count, place_count = from.place_count,
                         load_count = from.load_count, rank = from.rank;
     const std::uint32_t *const core_begin = from.core_begin, *const load_begin = from.load_begin;
-    add(&law, 1);
+    Bytes bytes;
+    bytes.add(law);
 // NOLINTBEGIN(bugprone-macro-parentheses): names that are declared
-#define HAPTABLE_ADD_VALUE(type, name) add(&from.name, 1);
-#define HAPTABLE_ADD_TABLE(type, name, count) add_table(from.name, static_cast<std::size_t>(count));
+#define HAPTABLE_ADD_VALUE(type, name) bytes.add(from.name);
+#define HAPTABLE_ADD_TABLE(type, name, count) bytes.add_table(from.name, static_cast<std::size_t>(count));
     // NOLINTEND(bugprone-macro-parentheses)
     HAPTABLE_PAIR_FIELDS(HAPTABLE_ADD_VALUE, HAPTABLE_ADD_TABLE)
-    return bytes;
+    return bytes.take();
 }
 
 std::vector<TableBytes> flash_tables(const ServoPair& pair) {

@@ -9,14 +9,16 @@
 namespace haptable {
 
 std::string scene_bytes(const haptable_model& model, const haptable_pair_model* pair, const haptable_body* body,
-                        const ServoModes* body_modes) {
-    const std::uint32_t parts =
-        (pair != nullptr ? 1U : 0U) | (body != nullptr ? 2U : 0U) | (body_modes != nullptr ? 4U : 0U);
+                        const ServoModes* body_modes, const haptable_tool_model* tool) {
+    if (tool != nullptr) pair = tool->pair;
+    const std::uint32_t parts = (pair != nullptr ? 1U : 0U) | (body != nullptr ? 2U : 0U) |
+                                (body_modes != nullptr ? 4U : 0U) | (tool != nullptr ? 8U : 0U);
     std::string bytes(reinterpret_cast<const char*>(&parts), sizeof parts);
     bytes += model_bytes(model);
     if (pair != nullptr) bytes += coupling_bytes(*pair);
     if (body != nullptr) bytes.append(reinterpret_cast<const char*>(body), sizeof *body);
     if (body_modes != nullptr) bytes += modes_bytes(*body_modes);
+    if (tool != nullptr) bytes += tool_bytes(*tool);
     return bytes;
 }
 
@@ -25,8 +27,7 @@ std::uint64_t tables_hash(const haptable_model& model, const haptable_pair_model
     if (pair == nullptr && body == nullptr && body_modes == nullptr && tool == nullptr) return model.hash;
     Hash hash;
     hash.add(std::span<const std::uint64_t>(&model.hash, 1));
-    hash.add(scene_bytes(model, tool != nullptr ? tool->pair : pair, body, body_modes));
-    if (tool != nullptr) hash.add(tool_bytes(*tool));
+    hash.add(scene_bytes(model, pair, body, body_modes, tool));
     return hash.digest();
 }
 

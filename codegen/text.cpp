@@ -15,6 +15,7 @@
 #include "codegen/display.hpp"
 #include "codegen/in_memory.hpp"
 #include "codegen/loaded_scene.hpp"
+#include "codegen/number.hpp"
 #include "codegen/pair.hpp"
 #include "codegen/precision.hpp"
 #include "codegen/rigid_body.hpp"
@@ -39,13 +40,7 @@ constexpr const char* kSource =
 #include "codegen/model.c.in"
     ;
 
-/// A float literal that reads back to the same bits; Error rather than a NaN or an infinity.
-std::string literal(float value) {
-    if (!std::isfinite(value)) throw Error("a table holds a number that is not finite: make the tables again");
-    std::string text = fmt::format("{:.9g}", value);
-    if (text.find_first_of(".e") == std::string::npos) text += ".0";
-    return text + "f";
-}
+using haptable::literal;
 std::string literal(std::integral auto value) { return fmt::format("{}", value); }
 std::string literal(const std::ranges::range auto& values) {
     std::string text = "{";

@@ -6,20 +6,17 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/base/error.hpp"
+#include "codegen/bytes.hpp"
+#include "codegen/number.hpp"
+#include "host/base/tool_range.hpp"
 
 namespace haptable {
 
 namespace {
 
-float finite(double value) {
-    const auto narrow = static_cast<float>(value);
-    if (!std::isfinite(narrow)) throw Error("tool.json holds a number that is beyond a float's range");
-    return narrow;
-}
+static_assert(kMostPoints == HAPTABLE_POINTS);
 
-/// A literal that reads back to the same bits.
-std::string literal(float value) { return fmt::format("{:#.9g}f", value); }
+float finite(double value) { return to_float(value, "tool.json holds a number that is beyond a float's range"); }
 
 }  // namespace
 
@@ -50,19 +47,15 @@ haptable_tool_model tool_in_memory(const ToolTables& tool, const ToolPoints& poi
     return to;
 }
 
-std::string tool_bytes(const haptable_tool_model& tool) {
-    std::string bytes;
-    const auto add = [&](const auto* rows, std::size_t count) {
-        bytes.append(reinterpret_cast<const char*>(rows), count * sizeof *rows);
-    };
+std::string tool_bytes(const haptable_tool_model& from) {
+    const std::uint16_t point_count = from.point_count;
+    Bytes bytes;
 // NOLINTBEGIN(bugprone-macro-parentheses): names that are declared
-#define HAPTABLE_ADD_VALUE(type, name) add(&tool.name, 1);
-#define HAPTABLE_ADD_TABLE(type, name, count) add(tool.name, tool.count);
+#define HAPTABLE_ADD_VALUE(type, name) bytes.add(from.name);
+#define HAPTABLE_ADD_TABLE(type, name, count) bytes.add_table(from.name, static_cast<std::size_t>(count));
     // NOLINTEND(bugprone-macro-parentheses)
     HAPTABLE_TOOL_FIELDS(HAPTABLE_ADD_VALUE, HAPTABLE_ADD_TABLE)
-#undef HAPTABLE_ADD_VALUE
-#undef HAPTABLE_ADD_TABLE
-    return bytes;
+    return bytes.take();
 }
 
 std::vector<TableBytes> flash_tables(const ToolPoints& point) {

@@ -21,7 +21,7 @@ ToolPoints points_of(const ToolTables& tool);
 /// Points to the coupling and to the points, which must outlive it.
 haptable_tool_model tool_in_memory(const ToolTables& tool, const ToolPoints& point, const haptable_pair_model& pair);
 
-/// What is hashed of it: its values, then its points.
+/// Its fields in the order of HAPTABLE_TOOL_FIELDS, tables after their number of rows (32 bits).
 std::string tool_bytes(const haptable_tool_model& tool);
 
 /// Bytes of flash, by table.

@@ -95,24 +95,7 @@ std::string TargetImage::run_counted(const std::string& image, std::string_view 
 }
 
 std::string TargetImage::bytes_of(const TargetScene& scene) {
-    if (scene.tool == nullptr) return scene_bytes(scene.model, scene.pair, scene.body, scene.body_modes);
-    std::string bytes = scene_bytes(scene.model, scene.tool->pair);
-    bytes[0] = static_cast<char>(bytes[0] | 8);  // HAPTABLE_PART_TOOL
-    const auto point_count = scene.tool->point_count;
-    const auto add = [&bytes](const auto* rows, std::size_t count) {
-        bytes.append(reinterpret_cast<const char*>(rows), count * sizeof *rows);
-    };
-    const auto add_table = [&add](const auto* rows, std::size_t count) {
-        const auto length = static_cast<std::uint32_t>(count);
-        add(&length, 1);
-        add(rows, count);
-    };
-// NOLINTBEGIN(bugprone-macro-parentheses): names that are declared
-#define HAPTABLE_ADD_VALUE(type, name) add(&scene.tool->name, 1);
-#define HAPTABLE_ADD_TABLE(type, name, count) add_table(scene.tool->name, static_cast<std::size_t>(count));
-    // NOLINTEND(bugprone-macro-parentheses)
-    HAPTABLE_TOOL_FIELDS(HAPTABLE_ADD_VALUE, HAPTABLE_ADD_TABLE)
-    return bytes;
+    return scene_bytes(scene.model, scene.pair, scene.body, scene.body_modes, scene.tool);
 }
 
 /// Records as firmware/port/haptable_ticks.h has them; what is left of one are its modes.
