@@ -6,6 +6,12 @@
 
 namespace haptable {
 
+namespace {
+
+constexpr double kJustBelow = 0.999999;  // e_0, where the tangent still bends
+
+}  // namespace
+
 double Stiffening::w(double x) const {
     return fung > 0.0 ? std::expm1(fung * x) / fung : x * (1.0 + x * (y2 + x * y3));
 }
@@ -26,15 +32,18 @@ double StiffeningCurve::tangent(double e_j) const {
     return 1.0 + s * (2.0 * c[0] + s * (3.0 * c[1] + s * 4.0 * c[2]));
 }
 
-bool StiffeningCurve::grows() const {
+double StiffeningCurve::least_tangent() const {
     constexpr int kSteps = 64;
-    bool grows = energy_j > 0.0 && std::isfinite(energy_j) && factor(energy_j) > 0.0;
-    for (int k = 0; k < kSteps; ++k) {
+    double least = factor(energy_j);
+    for (int k = 0; k <= kSteps; ++k) {
         const double s = static_cast<double>(k) / kSteps;
-        grows = grows && factor(s * s * energy_j) > 0.0 && tangent(s * s * energy_j) > 0.0;
+        const double e_j = kJustBelow * s * s * energy_j;
+        least = std::min({least, factor(e_j), tangent(e_j)});
     }
-    return grows;
+    return least;
 }
+
+bool StiffeningCurve::grows() const { return energy_j > 0.0 && std::isfinite(energy_j) && least_tangent() > 0.0; }
 
 double StiffeningCurve::stored(double e_j) const {
     if (!(energy_j > 0.0)) return e_j;

@@ -15,6 +15,8 @@ struct StiffeningCurve {
     double factor(double e_j) const;
     /// True where force and stiffness are positive at any energy.
     bool grows() const;
+    /// The least of Psi' and of the tangent, at any energy.
+    double least_tangent() const;
     /// Psi' + 2 e Psi'': of the stiffness along the load.
     double tangent(double e_j) const;
     /// Psi, J.

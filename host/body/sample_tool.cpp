@@ -13,6 +13,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/si.hpp"
+#include "host/base/tool_range.hpp"
 #include "host/mesh/read_mesh.hpp"
 
 namespace haptable {
@@ -351,7 +352,8 @@ std::string describe_tool(const Scene& scene, const ToolSample& sample) {
         constexpr double kBest = 0.7;
         const double points = static_cast<double>(count) * std::pow(kBest * sample.spacing_m / mask_m, 2.0);
         whole += fmt::format(", and 0.6 to 0.8 is right: set mask_radius = {:.2g}, or points = {:.0f}",
-                             kBest * sample.spacing_m, std::clamp(std::round(points), 2.0, 32.0));
+                             kBest * sample.spacing_m,
+                             std::clamp(std::round(points), double{kFewestPoints}, double{kMostPoints}));
     }
     return whole;
 }

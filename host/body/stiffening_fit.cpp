@@ -21,7 +21,6 @@ using Eigen::Vector3d;
 constexpr int kDepths = 8;             // of each way
 constexpr double kDeepest = 0.3;       // of the body's least extent, where it is as stiff as at the median place
 constexpr double kLeastTangent = 0.1;  // of the linear stiffness: a dent that gave way would be none
-constexpr int kTangents = 64;          // energies where that is asked
 
 double least_extent_m(const Body& body) {
     Vector3d low = body.mesh.position_m.front(), high = low;
@@ -49,21 +48,11 @@ std::array<Vector3d, 4> directions(const Vector3d& outward) {
     return {-outward, (along - outward).normalized(), along, outward};
 }
 
-/// Rows of Psi' - 1 by c, for `terms` of them, and the same of the tangent.
+/// A row of Psi' - 1 by c, for `terms` of them.
 Eigen::RowVectorXd powers(double s, Index terms) {
     Eigen::RowVectorXd row(terms);
     for (Index k = 0; k < terms; ++k) row[k] = std::pow(s, static_cast<double>(k + 1));
     return row;
-}
-
-double least_tangent(const StiffeningCurve& curve) {
-    double least = curve.factor(curve.energy_j);
-    for (int k = 0; k <= kTangents; ++k) {
-        const double part = static_cast<double>(k) / kTangents;
-        const double e_j = 0.999999 * part * part * curve.energy_j;
-        least = std::min({least, curve.tangent(e_j), curve.factor(e_j)});
-    }
-    return least;
 }
 
 DentErrors errors_of(const std::vector<Dent>& dents, const StiffeningCurve& curve, const auto& is_of) {
@@ -132,9 +121,9 @@ StiffeningCurve fit_curve(const std::vector<Dent>& dents, const std::array<bool,
         const Eigen::VectorXd c = a.colPivHouseholderQr().solve(b);
         curve.c = {};
         std::copy(c.begin(), c.end(), curve.c.begin());
-        if (least_tangent(curve) >= kLeastTangent) return curve;
+        if (curve.least_tangent() >= kLeastTangent) return curve;
     }
-    const double part = (1.0 - kLeastTangent) / (1.0 - least_tangent(curve));  // both are linear in c
+    const double part = (1.0 - kLeastTangent) / (1.0 - curve.least_tangent());  // both are linear in c
     for (double& c : curve.c) c *= part;
     return curve;
 }

@@ -3,8 +3,8 @@
 
 #include "host/base/json.hpp"
 #include "host/base/mass_range.hpp"
+#include "host/base/tool_range.hpp"
 #include "host/scene/device_models.hpp"
-#include "host/scene/tool.hpp"
 
 namespace haptable {
 
@@ -245,7 +245,7 @@ std::vector<Key> make_keys() {
     add("tool", {
         {.name = "shape", .type = kWord, .words = {"points", "sphere", "capsule", "disc", "mesh"}, .fallback = "points",
          .means = "what is sampled, on the side along the tool's -z; `\"points\"`: none, the points are given"},
-        {.name = "points", .type = kPoints, .range = {Tool::kFewest, Tool::kMost}, .required = true,
+        {.name = "points", .type = kPoints, .range = {kFewestPoints, kMostPoints}, .required = true,
          .beyond = "are {}, and a tool has 2 to 32", .changes = kTables,
          .means = "number of points of a shape; or the points, `[[x, y, z], ...]`, in metres about the handle"},
         {.name = "radius", .unit = "m", .range = kPositive,

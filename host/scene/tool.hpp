@@ -3,7 +3,6 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <vector>
@@ -29,8 +28,6 @@ struct ToolShape {
 
 /// Points that touch, held by one hand. What is 0 is not given.
 struct Tool {
-    static constexpr std::size_t kFewest = 2, kMost = 32;  ///< points; HAPTABLE_POINTS
-
     std::vector<std::array<double, 3>> point_m;  ///< about the handle, in the tool's axes; of a shape as it is sampled
     std::optional<ToolShape> shape;
     double max_torque_n_m = 0.0;              ///< of the motors

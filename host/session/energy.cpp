@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -21,18 +22,14 @@ double stored(const std::array<float, 3>& inside_m, const haptable_output& outpu
     return std::isfinite(sum_j) ? sum_j : 0.0;
 }
 
-/// Torque times the rotation from one tick to the next, J.
+Eigen::Quaterniond quaternion(const std::array<float, 4>& turn) {
+    return {double{turn[0]}, double{turn[1]}, double{turn[2]}, double{turn[3]}};
+}
+
+/// Torque times the rotation from one tick to the next, J: a small angle, whose sine is the angle to the third order.
 double turned(const ToolWork& before, const std::array<float, 4>& now) {
-    const auto q = [&](std::size_t i) { return double{now[i]}; };
-    const auto p = [&](std::size_t i) { return double{before.turn[i]}; };
-    // now times the conjugate of before: a small angle, whose sine is the angle to the third order.
-    const double w = q(0) * p(0) + q(1) * p(1) + q(2) * p(2) + q(3) * p(3), sign = w < 0.0 ? -2.0 : 2.0;
-    const std::array<double, 3> angle{p(0) * q(1) - q(0) * p(1) + q(3) * p(2) - q(2) * p(3),
-                                      p(0) * q(2) - q(0) * p(2) + q(1) * p(3) - q(3) * p(1),
-                                      p(0) * q(3) - q(0) * p(3) + q(2) * p(1) - q(1) * p(2)};
-    double work_j = 0.0;
-    for (std::size_t axis = 0; axis < 3; ++axis) work_j += sign * angle[axis] * double{before.torque_n_m[axis]};
-    return work_j;
+    const Eigen::Quaterniond by = quaternion(now) * quaternion(before.turn).conjugate();
+    return (by.w() < 0.0 ? -2.0 : 2.0) * by.vec().dot(Eigen::Vector3f(before.torque_n_m.data()).cast<double>());
 }
 
 }  // namespace

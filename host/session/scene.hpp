@@ -28,6 +28,12 @@ inline std::array<float, 3> to_finger(const double position_m[3]) {
     return {static_cast<float>(position_m[0]), static_cast<float>(position_m[1]), static_cast<float>(position_m[2])};
 }
 
+/// A tool's orientation as the servo takes it, w x y z; the same.
+inline std::array<float, 4> to_turn(const double turn[4]) {
+    return {static_cast<float>(turn[0]), static_cast<float>(turn[1]), static_cast<float>(turn[2]),
+            static_cast<float>(turn[3])};
+}
+
 /// A state that knows no finger yet.
 inline SceneState state_of(const ServoScene& scene) {
     return {*scene.model, scene.pair, scene.body, scene.modes, scene.tool};

@@ -15,13 +15,6 @@ namespace {
 
 constexpr std::size_t kPoses = 64;  // ms that a state may be behind its pose
 
-std::array<float, 4> to_turn(const hand_pose& pose) {
-    std::array<float, 4> turn{};
-    std::transform(std::begin(pose.turn), std::end(pose.turn), turn.begin(),
-                   [](double part) { return static_cast<float>(part); });
-    return turn;
-}
-
 }  // namespace
 
 Session::Session(Stepper& stepper, Connection& connection, ServoRecord* record, LiveState::Tell tell)
@@ -158,7 +151,7 @@ TickRequest Session::take_states(Clock::time_point now) {
             request.in[finger] =
                 FingerInput{to_finger(side.state.position_m), buttons_of(side.state), side.waits && side.begins};
         if (const hand_pose* pose = pose_of(side.state); there && pose != nullptr)
-            request.in[finger]->turn = to_turn(*pose);
+            request.in[finger]->turn = to_turn(pose->turn);
     }
     in_ = request.in;
     tick_number_ = side_.size() == 1 ? side_[0].state.seq : numbers_.next(stepper_.is_first_tick(in_));

@@ -10,13 +10,13 @@
 
 #include "host/base/file.hpp"
 #include "host/base/json.hpp"
+#include "host/base/tool_range.hpp"
 #include "host/tables/npy.hpp"
 
 namespace haptable {
 
 namespace {
 
-constexpr std::size_t kFewest = 2, kMost = 32;  // HAPTABLE_POINTS
 constexpr const char* kFile = "tool.json";
 constexpr const char* kSurface = "tool_surface.npy";
 
@@ -25,7 +25,7 @@ void require_tool(const TablesFolder& folder, const ToolTables& tables) {
         return std::all_of(p.begin(), p.end(), [](double x) { return std::isfinite(x); });
     };
     const std::size_t count = tables.point_m.size();
-    if (count < kFewest || count > kMost)
+    if (count < kFewestPoints || count > kMostPoints)
         folder.fail(kFile, fmt::format("has {} points, and a tool has 2 to 32", count));
     if (!std::all_of(tables.point_m.begin(), tables.point_m.end(), is_finite))
         folder.fail(kFile, "has a point that is not finite");

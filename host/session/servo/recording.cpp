@@ -23,19 +23,11 @@ bool is_log(const std::filesystem::path& file) {
     return std::ifstream(file, std::ios::binary).read(begin.data(), begin.size()) && begin == kSync;
 }
 
-template <typename Parts>
-std::array<float, 4> to_turn(const Parts& turn) {
-    std::array<float, 4> rounded{};
-    std::transform(std::begin(turn), std::end(turn), rounded.begin(),
-                   [](double part) { return static_cast<float>(part); });
-    return rounded;
-}
-
 RecordedTick tick_of(const FingerTick& line, std::int64_t number, bool begins) {
     RecordedTick tick{number, static_cast<std::uint32_t>(number) * HAPTABLE_TICK_US};
     if (!line.is_away)
         tick.finger[0] = RecordedFinger{.position_m = line.position_m, .buttons = line.buttons, .begins = begins};
-    if (line.turn && tick.finger[0]) tick.finger[0]->turn = to_turn(*line.turn);
+    if (line.turn && tick.finger[0]) tick.finger[0]->turn = to_turn(line.turn->data());
     if (line.second_m && !line.is_second_away)
         tick.finger[1] = RecordedFinger{.position_m = *line.second_m, .buttons = line.second_buttons, .begins = begins};
     return tick;
