@@ -13,15 +13,16 @@
 
 #include <stddef.h>
 
+#include "haptable_six.h"
 #include "haptable_surface.h"
-#include "haptable_vector.h"
 
 #define DT HAPTABLE_BODY_TICK_S
 
 /* (m/s)^2: a point on the floor that is slower does not slip. */
 #define AT_REST2 1e-24f
 
-/* A (V_m - V) = b of six unknowns: velocity and spin, body axes. A is symmetric: its lower half. */
+/* A (V_m - V) = b of six unknowns: velocity and spin, body axes. A is symmetric: its lower half, and holds a mass, so
+ * that no pivot is 0. */
 struct system {
     float a[6][6];
     float b[6];
@@ -113,41 +114,6 @@ static void add_line(struct system* s, const float n[3], const float turn[3], fl
         const float part = resistance * j[r];
         for (int c = 0; c <= r; ++c) s->a[r][c] += part * j[c];
         s->b[r] += now * j[r];
-    }
-}
-
-/* A = L D L^T in place: L below the diagonal, 1/D on it. A holds a mass, so no pivot is 0. */
-static void factorize(struct system* s) {
-    float d[6], scaled[6];
-    for (int j = 0; j < 6; ++j) {
-        d[j] = s->a[j][j];
-        for (int k = 0; k < j; ++k) {
-            scaled[k] = s->a[j][k] * d[k];
-            d[j] -= s->a[j][k] * scaled[k];
-        }
-        s->a[j][j] = 1.0f / d[j];
-        for (int i = j + 1; i < 6; ++i) {
-            for (int k = 0; k < j; ++k) s->a[i][j] -= s->a[i][k] * scaled[k];
-            s->a[i][j] *= s->a[j][j];
-        }
-    }
-}
-
-/* before: factorize. */
-static void solve(const struct system* s, const float b[6], float x[6]) {
-    HAPTABLE_UNROLLED_SIX
-    for (int i = 0; i < 6; ++i) {
-        float sum = b[i];
-        HAPTABLE_UNROLLED_SIX
-        for (int k = 0; k < i; ++k) sum -= s->a[i][k] * x[k];
-        x[i] = sum;
-    }
-    HAPTABLE_UNROLLED_SIX
-    for (int i = 5; i >= 0; --i) {
-        float sum = x[i] * s->a[i][i];
-        HAPTABLE_UNROLLED_SIX
-        for (int k = i + 1; k < 6; ++k) sum -= s->a[k][i] * x[k];
-        x[i] = sum;
     }
 }
 
@@ -471,13 +437,13 @@ static int find_free_spin(const struct haptable_body* body, const float before[3
 }
 
 /* V_m of the system, from a first guess, and the moment T that acts then: in rounds, until one changes no bit of what
- * the next begins with. before: factorize. */
+ * the next begins with. before: six_factor. */
 static void find_middle(const struct haptable_body* body, const float q[4], const struct system* s, float motion[6],
                         float moment[3]) {
     float change[6], b[6], bent[3], spin[3], was[3];
     vec_zero(moment);
     if (!s->is_turned && find_free_spin(body, s->before + 3, motion + 3)) {
-        solve(s, s->b, change);
+        six_solve(s->a, s->b, change);
         for (int i = 0; i < 3; ++i) motion[i] = s->before[i] + change[i];
         return;
     }
@@ -488,7 +454,7 @@ static void find_middle(const struct haptable_body* body, const float q[4], cons
         if (s->is_bent) bend(body, q, motion, s->before, b);
         turn_momentum(body, s->before + 3, motion + 3, moment, bent);
         vec_add_scaled(1.0f, bent, b + 3);
-        solve(s, b, change);
+        six_solve(s->a, b, change);
         for (int i = 0; i < 6; ++i) motion[i] = s->before[i] + change[i];
         if (s->is_turned) {
             vec_symmetric_product(body->inertia_kg_m2, change + 3, moment);
@@ -509,7 +475,7 @@ static void add_touches(const struct haptable_body* body, const struct haptable_
         begin_touch(body, state, i, speed, &touch[i]);
     }
     add_floor(body, floor, touch, &trial);
-    factorize(&trial);
+    six_factor(trial.a);
     find_middle(body, state->turn, &trial, motion, moment);
     for (uint32_t i = 0; i < points_of(body); ++i) {
         speeds_of(floor, &touch[i], motion, speed);
@@ -639,7 +605,7 @@ void haptable_body_move(const struct haptable_body* body, struct haptable_body_s
         add_touches(body, state, &floor, motion, &s, touch);
         s.is_turned = is_suspended(body) || is_carried(body, touch);
     }
-    factorize(&s);
+    six_factor(s.a);
     find_middle(body, state->turn, &s, motion, moment);
     if (body->point_count != 0) {
         const float owed_j = state->floor_owed_j + leave_floor(body, &floor, touch, motion, state);

@@ -40,6 +40,13 @@ void haptable_pair_blocks_exact(const struct haptable_pair_model* tables, uint16
         }
 }
 
+/* C_kl where k >= l, else C_lk. */
+static inline const float* block_between(const struct haptable_pair_model* tables, uint32_t k, uint32_t l) {
+    const uint32_t high = k >= l ? k : l;
+    const uint32_t low = k >= l ? l : k;
+    return tables->block[high * (high + 1u) / 2u + low];
+}
+
 void haptable_pair_couple_exact(const struct haptable_pair_model* tables, const struct haptable_pair_place* first,
                                 const struct haptable_pair_place* second, float x[9]) {
     const int count = pair_count(tables->law);
@@ -53,9 +60,7 @@ void haptable_pair_couple_exact(const struct haptable_pair_model* tables, const 
         for (int j = 0; j < count; ++j) {
             const uint32_t l = control[1][j];
             if (l == HAPTABLE_NONE) continue;
-            const uint32_t high = k >= l ? k : l;
-            const uint32_t low = k >= l ? l : k;
-            mat_add(first->weight[i] * second->weight[j], tables->block[high * (high + 1u) / 2u + low], sum[k < l]);
+            mat_add(first->weight[i] * second->weight[j], block_between(tables, k, l), sum[k < l]);
         }
     }
     mat_transpose(sum[1]);
@@ -79,9 +84,7 @@ void haptable_pair_pull_exact(const struct haptable_pair_model* tables, const st
         for (int j = 0; j < count; ++j) {
             const uint32_t l = control[1][j];
             if (l == HAPTABLE_NONE) continue;
-            const uint32_t high = k >= l ? k : l;
-            const uint32_t low = k >= l ? l : k;
-            const float pull = mat_bilinear(tables->block[high * (high + 1u) / 2u + low], by[k < l][0], by[k < l][1]);
+            const float pull = mat_bilinear(block_between(tables, k, l), by[k < l][0], by[k < l][1]);
             q[i] += second->weight[j] * pull;
             r[j] += first->weight[i] * pull;
         }

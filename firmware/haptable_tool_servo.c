@@ -8,6 +8,7 @@
 #include "haptable_tool.h"
 
 #include "haptable_side.h"
+#include "haptable_six.h"
 #include "haptable_tick.h"
 
 /* A turn's squared length may be off 1 by so much: floats that a device sends. */
@@ -64,29 +65,12 @@ static void turn_on(const float by[3], const float from[4], float to[4]) {
 
 /* ---- virtual coupling -------------------------------------------------------------------------------------------- */
 
-/* Solves K x = b of a symmetric positive definite K, by its lower half; x stands in b. */
-static void solve_six(float (*k)[6], float b[6]) {
-    for (int r = 0; r < 6; ++r) {
-        for (int c = 0; c <= r; ++c) {
-            float sum = k[r][c];
-            for (int i = 0; i < c; ++i) sum -= k[r][i] * k[c][i];
-            k[r][c] = c < r ? sum * k[c][c] : vec_inverse_root(sum); /* of the diagonal: its inverse */
-        }
-        for (int c = 0; c < r; ++c) b[r] -= k[r][c] * b[c];
-        b[r] *= k[r][r];
-    }
-    for (int r = 5; r >= 0; --r) {
-        b[r] *= k[r][r];
-        for (int c = 0; c < r; ++c) b[c] -= k[r][c] * b[r];
-    }
-}
-
 /* The tool goes where coupling and contacts balance, its god-objects staying: (K + K_v) delta = K_v (hand - tool) -
  * load. One that touches nothing is at the hand. */
 static void follow_hand(const struct haptable_tool_model* tool, struct haptable_tool_state* state,
                         const float hand_m[3], const float turn[4]) {
     const float stiffness[2] = {tool->stiffness_n_per_m, tool->turn_stiffness_n_m_per_rad};
-    float k[6][6], b[6], way_m[3], by[3], next[4];
+    float k[6][6], b[6], moved[6], way_m[3], by[3], next[4];
     const struct haptable_tool_point* point = haptable_tool_points(tool, state);
     if (!(stiffness[0] > 0.0f) || state->most == HAPTABLE_NONE || state->count == 0) {
         vec_copy(hand_m, state->position_m);
@@ -108,9 +92,10 @@ static void follow_hand(const struct haptable_tool_model* tool, struct haptable_
     }
     haptable_tool_stiffness(tool, state, k);
     for (int i = 0; i < 6; ++i) k[i][i] += stiffness[i / 3];
-    solve_six(k, b);
-    vec_add(state->position_m, &b[0], state->position_m);
-    turn_on(&b[3], state->turn, next);
+    six_factor(k);
+    six_solve((const float(*)[6])k, b, moved);
+    vec_add(state->position_m, &moved[0], state->position_m);
+    turn_on(&moved[3], state->turn, next);
     for (int i = 0; i < 4; ++i) state->turn[i] = next[i];
 }
 
