@@ -131,7 +131,7 @@ def _by_law(name: str) -> Json:
     three = _list(number, 3)
     known = {"axes": _list(three, 2), "around": _list(three, 2), "axes_field": _list(text, 2), "direction": three,
              "direction_field": text,
-             "stiffening": {"type": "object", "minProperties": 1, "maxProperties": 2}}
+             "stiffening": {"type": "object", "minProperties": 1, "maxProperties": 3}}
     return known.get(name, _either(number, three))
 
 

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <array>
+#include <filesystem>
+#include <optional>
 
 namespace haptable {
 
@@ -27,12 +29,23 @@ struct StiffeningCurve {
     double energy_at(double force_n, double k_n_per_m) const;
 };
 
+/// A slow press that somebody measured, and where.
+struct RecordedPress {
+    std::filesystem::path file;
+    std::array<double, 3> at_m{};    ///< of the surface, in the scene's frame
+    double radius_m = 0.0;           ///< of the mask that pressed; 0: the scene's finger
+    double depth_m = 0.0;            ///< of the deepest sample
+    double stiffness_n_per_m = 0.0;  ///< of a small dent
+    double misfit_n = 0.0;           ///< of the curve, root mean square
+};
+
 /// How the shear stiffness of an isotropic body grows with its strain, x = J^(-2/3) tr F^T F - 3: the energy mu/2 w(x),
 /// w(x) = x + y_2 x^2 + y_3 x^3 (Yeoh 1993), or (e^(b x) - 1) / b (Fung; Demiray 1972).
 struct Stiffening {
-    double y2 = 0.0, y3 = 0.0;  ///< >= 0
-    double fung = 0.0;          ///< b; > 0: the exponential, and y_2 and y_3 are 0
-    StiffeningCurve curve;      ///< or what a record gave, instead of a law; energy 0: there is none
+    double y2 = 0.0, y3 = 0.0;                ///< >= 0
+    double fung = 0.0;                        ///< b; > 0: the exponential, and y_2 and y_3 are 0
+    StiffeningCurve curve;                    ///< or what a record gave, instead of a law; energy 0: there is none
+    std::optional<RecordedPress> press = {};  ///< that record, whose stiffness the curve's energy is of
 
     double w(double x) const;
     /// dw/dx, 1 at 0.

@@ -81,19 +81,28 @@ std::vector<Departure> worst_of_four(const std::vector<Departure>& sideways) {
 
 }  // namespace
 
+FingerLoad finger_at(const Body& body, const Masks& masks, std::int32_t node) {
+    NodeWeights load{{node}, {1.0}};
+    if (!masks.vertex.empty()) {
+        const auto at = std::lower_bound(masks.vertex_id.begin(), masks.vertex_id.end(), node);
+        load = masks.vertex[static_cast<std::size_t>(at - masks.vertex_id.begin())];
+    }
+    return {load, outward_at(body, node), node};
+}
+
 std::vector<FingerLoad> fingers_on(const Body& body, const Masks& masks) {
     std::vector<FingerLoad> fingers;
     const std::size_t count = std::min(kPlaces, body.touch_node.size());
-    for (std::size_t k = 0; k < count; ++k) {
-        const std::int32_t node = body.touch_node[(2 * k + 1) * body.touch_node.size() / (2 * count)];
-        NodeWeights load{{node}, {1.0}};
-        if (!masks.vertex.empty()) {
-            const auto at = std::lower_bound(masks.vertex_id.begin(), masks.vertex_id.end(), node);
-            load = masks.vertex[static_cast<std::size_t>(at - masks.vertex_id.begin())];
-        }
-        fingers.push_back({load, outward_at(body, node), node});
-    }
+    for (std::size_t k = 0; k < count; ++k)
+        fingers.push_back(finger_at(body, masks, body.touch_node[(2 * k + 1) * body.touch_node.size() / (2 * count)]));
     return fingers;
+}
+
+Eigen::Matrix3d stiffness_under(const NodeWeights& load, const LinearSolver& solver, Unknowns unknown) {
+    const MatrixXd w = load_of(load, unknown, solver.size());
+    MatrixXd x;
+    solver.solve(w, x);
+    return (w.transpose() * x).inverse();
 }
 
 double Departure::depth_m(double share) const {

@@ -35,8 +35,14 @@ struct FingerLoad {
     std::int32_t node = -1;  ///< of the mesh, where it is at one
 };
 
+/// A finger at a touchable node, or with the mask there. masks: of the touchable surface, or none.
+FingerLoad finger_at(const Body& body, const Masks& masks, std::int32_t node);
 /// A few of a body's touchable nodes, or their masks.
 std::vector<FingerLoad> fingers_on(const Body& body, const Masks& masks);
+
+/// C^-1, N/m: of the linear body under that load.
+Eigen::Matrix3d stiffness_under(const NodeWeights& load, const LinearSolver& solver,
+                                std::span<const std::int32_t> unknown);
 
 /// Ways that a finger moves: into the body, out of it with the surface held, and along it (the worst of four).
 enum class Way { kPressing, kPulling, kSideways };

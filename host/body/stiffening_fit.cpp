@@ -5,6 +5,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 #include "host/base/error.hpp"
@@ -20,6 +21,7 @@ using Eigen::Vector3d;
 
 constexpr int kDepths = 8;             // of each way
 constexpr double kDeepest = 0.3;       // of the body's least extent, where it is as stiff as at the median place
+constexpr double kEvaluations = 20.0;  // of W and its gradient that a dent takes, about
 constexpr double kLeastTangent = 0.1;  // of the linear stiffness: a dent that gave way would be none
 
 double least_extent_m(const Body& body) {
@@ -29,6 +31,17 @@ double least_extent_m(const Body& body) {
         high = high.cwiseMax(x);
     }
     return (high - low).minCoeff();
+}
+
+/// What the dents will take, by one step of each of the two: W, and a solve.
+double expected_s(const Hyperelastic& hyper, const LinearSolver& solver, std::size_t nodes, std::size_t dents) {
+    const auto begin = std::chrono::steady_clock::now();
+    Eigen::Matrix3Xd u = Eigen::Matrix3Xd::Zero(3, static_cast<Index>(nodes)), f;
+    hyper.energy(u, f);
+    Eigen::MatrixXd x;
+    solver.solve(Eigen::MatrixXd::Zero(solver.size(), 1), x);
+    const std::chrono::duration<double> once = std::chrono::steady_clock::now() - begin;
+    return kEvaluations * once.count() * static_cast<double>(dents);
 }
 
 double median(std::vector<double> values) {
@@ -73,10 +86,11 @@ DentErrors errors_of(const std::vector<Dent>& dents, const StiffeningCurve& curv
     return errors;
 }
 
-/// How deep the force is within the share, of the dents of one place and way, in order of depth.
-double good_depth_m(std::span<const Dent> dents, const StiffeningCurve& curve) {
+/// How deep the force is within the share at one place and way. Dents are in order of depth.
+double good_depth_m(const std::vector<Dent>& dents, std::size_t place, std::size_t way, const StiffeningCurve& curve) {
     double depth_m = 0.0, before = 0.0;
     for (const Dent& dent : dents) {
+        if (dent.place != place || dent.way != way) continue;
         const double error = dent.error(curve.factor(dent.linear_j));
         if (error > SmallStrain::kShare)
             return depth_m + (dent.depth_m - depth_m) * (SmallStrain::kShare - before) / (error - before);
@@ -84,18 +98,6 @@ double good_depth_m(std::span<const Dent> dents, const StiffeningCurve& curve) {
         before = error;
     }
     return depth_m;
-}
-
-/// Median over the places.
-double good_depth_m(const std::vector<Dent>& dents, std::size_t places, std::size_t way, const StiffeningCurve& curve) {
-    std::vector<double> depth_m;
-    for (std::size_t place = 0; place < places; ++place) {
-        std::vector<Dent> own;
-        std::copy_if(dents.begin(), dents.end(), std::back_inserter(own),
-                     [&](const Dent& dent) { return dent.place == place && dent.way == way; });
-        depth_m.push_back(good_depth_m(own, curve));
-    }
-    return median(std::move(depth_m));
 }
 
 }  // namespace
@@ -144,6 +146,7 @@ StiffeningFit fit_stiffening(const Scene& scene, const Body& body, const Masks& 
     const double most_n = std::min(servo_force_limit_n(scene), deepest_m * median(fit.pressed_n_per_m));
     std::vector<Dent> dents;
     const std::size_t all = fingers.size() * kDentWays.size() * kDepths;
+    progress.stage(fmt::format("{} dents, about {:.0f} s", all, expected_s(hyper, solver, body.unknown.size(), all)));
     for (std::size_t place = 0; place < fingers.size(); ++place) {
         const std::array<Vector3d, 4> ways = directions(fingers[place].outward);
         for (std::size_t way = 0; way < ways.size(); ++way) {
@@ -171,15 +174,48 @@ StiffeningFit fit_stiffening(const Scene& scene, const Body& body, const Masks& 
     fit.fitted = errors_of(dents, fit.curve, is_fitted);
     for (std::size_t way = 0; way < kDentWays.size(); ++way)
         fit.by_way[way] = errors_of(dents, fit.curve, [&](const Dent& dent) { return dent.way == way; });
-    for (std::size_t place = 0; place < fingers.size(); ++place)
+    std::array<std::vector<double>, 4> good_m;  // by way: of each place
+    for (std::size_t place = 0; place < fingers.size(); ++place) {
         fit.by_place.push_back(
             errors_of(dents, fit.curve, [&](const Dent& dent) { return dent.place == place && is_fitted(dent); }));
-    const auto good_m = [&](std::size_t way) { return good_depth_m(dents, fingers.size(), way, fit.curve); };
-    fit.good = {scene.contact.mask_radius_m, fingers.size(), good_m(0), good_m(3), good_m(2)};
+        fit.good_m.push_back(fit.by_place.back().depth_m);
+        for (std::size_t way = 0; way < kDentWays.size(); ++way) {
+            good_m[way].push_back(good_depth_m(dents, place, way, fit.curve));
+            if (fit.is_fitted[way]) fit.good_m.back() = std::min(fit.good_m.back(), good_m[way].back());
+        }
+    }
+    fit.good = {scene.contact.mask_radius_m, fingers.size(), median(good_m[0]), median(good_m[3]), median(good_m[2])};
     return fit;
 } catch (const Error& error) {
     throw Error(fmt::format("{}: material.stiffening: {}: make the mesh finer, or choose force = \"pressure-mask\"",
                             scene.file.string(), error.what()));
+}
+
+StiffeningFit fit_press(const Scene& scene, const Body& body, const Masks& masks, const LinearSolver& solver) {
+    const RecordedPress& press = *scene.material.stiffening->press;
+    const Vector3d at = Eigen::Map<const Vector3d>(press.at_m.data());
+    const auto x = [&](std::int32_t node) -> const Vector3d& {
+        return body.mesh.position_m[static_cast<std::size_t>(node)];
+    };
+    const auto from = [&](std::int32_t node) { return (x(node) - at).norm(); };
+    const std::int32_t node = *std::min_element(body.touch_node.begin(), body.touch_node.end(),
+                                                [&](auto a, auto b) { return from(a) < from(b); });
+    double edge_m = 0.0;
+    for (const Patch& p : body.touch_patch)
+        if (std::find(p.begin(), p.end(), node) != p.end())
+            for (const std::int32_t other : p) edge_m = std::max(edge_m, (x(other) - x(node)).norm());
+    if (from(node) > edge_m)
+        throw Error(fmt::format(
+            "{}: material.stiffening.at: [{:g}, {:g}, {:g}] is {:.3g} m from the touchable surface, "
+            "whose nearest node {} is at [{:g}, {:g}, {:g}] m",
+            scene.file.string(), at.x(), at.y(), at.z(), from(node), node, x(node).x(), x(node).y(), x(node).z()));
+    const FingerLoad finger = finger_at(body, masks, node);
+    const double own_n_per_m = finger.outward.dot(stiffness_under(finger.load, solver, body.unknown) * finger.outward);
+    StiffeningFit fit;
+    fit.curve = scene.material.stiffening->curve;
+    fit.curve.energy_j = 0.5 * own_n_per_m * press.depth_m * press.depth_m;
+    fit.pressed = {node, own_n_per_m};
+    return fit;
 }
 
 }  // namespace haptable

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -38,15 +39,23 @@ struct DentErrors {
     double depth_m = 0.0;     ///< the deepest of them
 };
 
+/// A record's press beside the scene's linear body.
+struct PressedPlace {
+    std::int32_t node = -1;        ///< of the mesh: nearest to where the record says
+    double stiffness_n_per_m = 0;  ///< of the linear body there
+};
+
 struct StiffeningFit {
     StiffeningCurve curve;
     std::array<bool, 4> is_fitted{};      ///< ways that the scene's finger can go; the others are only compared
     std::array<DentErrors, 4> by_way;     ///< of all dents
     DentErrors fitted;                    ///< of all dents of those ways
     std::vector<DentErrors> by_place;     ///< the same at each place
+    std::vector<double> good_m;           ///< how deep the force is there within the share, whichever of those ways
     std::vector<std::int32_t> node;       ///< of the mesh: the places
     std::vector<double> pressed_n_per_m;  ///< what the linear body answers there when pressed
     SmallStrain good;  ///< how deep the force is within its share of the body's, in place of the linear one's
+    std::optional<PressedPlace> pressed;  ///< of a record; then there are no dents
 };
 
 /// The curve of those dents of ways that are to be fitted. Throws Error where there is none.
@@ -59,5 +68,10 @@ StiffeningCurve fit_curve(const std::vector<Dent>& dents, const std::array<bool,
 ///   solver  of its K
 StiffeningFit fit_stiffening(const Scene& scene, const Body& body, const Masks& masks, const LinearSolver& solver,
                              Progress& progress);
+
+/// The curve of the scene's record, with the energy that the scene's linear body has at the record's depth, pressed
+/// along its normal. Throws Error where the place is not on the touchable surface.
+///   masks  of the record's radius, or of the scene; unused without either
+StiffeningFit fit_press(const Scene& scene, const Body& body, const Masks& masks, const LinearSolver& solver);
 
 }  // namespace haptable

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -61,30 +60,6 @@ double stiffness_at_once(Tables tables, const std::optional<ModeTables>& body_mo
     }
     const Poked end = poke({&model, node.data(), tables.name.c_str(), nullptr, body_modes ? &modes : nullptr}, where);
     return end.force_n.norm() / end.depth_m;
-}
-
-DentFit fit_dent(const ForceRecord& record) {
-    constexpr Eigen::Index kFewest = 8;
-    const auto count = std::ssize(record.depth_m);
-    const double deepest_m = *std::max_element(record.depth_m.begin(), record.depth_m.end());
-    if (count < kFewest || !(deepest_m > 0.0))
-        throw Error(fmt::format("the record has {} samples of a press, and a curve needs {}", count, kFewest));
-    const Eigen::Map<const Eigen::VectorXd> depth_m(record.depth_m.data(), count),
-        force_n(record.force_n.data(), count);
-    const Eigen::ArrayXd s = depth_m.array() / deepest_m;
-    DentFit fit;
-    for (Eigen::Index terms = 4; terms > 0; --terms) {
-        Eigen::MatrixXd a(count, terms);
-        for (Eigen::Index k = 0; k < terms; ++k) a.col(k) = depth_m.array() * s.pow(static_cast<double>(k));
-        const Eigen::VectorXd c = a.colPivHouseholderQr().solve(Eigen::VectorXd(force_n));
-        fit.stiffness_n_per_m = c[0];
-        if (!(c[0] > 0.0)) continue;
-        fit.misfit_n = (a * c - force_n).norm() / std::sqrt(static_cast<double>(count));
-        fit.curve = {{}, 0.5 * c[0] * deepest_m * deepest_m};
-        for (Eigen::Index k = 1; k < terms; ++k) fit.curve.c[static_cast<std::size_t>(k - 1)] = c[k] / c[0];
-        if (fit.curve.grows()) return fit;
-    }
-    throw Error("the record's force does not grow with its depth: is its sign that of the body against the press?");
 }
 
 std::string scene_lines(const Scene& scene, double factor, const DentFit& fit) {

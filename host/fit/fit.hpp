@@ -19,17 +19,6 @@ namespace haptable {
 double stiffness_at_once(Tables tables, const std::optional<ModeTables>& body_modes, const std::string& place,
                          Poke where);
 
-/// A press that was slow, or of a body that does not relax, and stiffens: F = k d Psi', s = d / the deepest.
-struct DentFit {
-    double stiffness_n_per_m = 0.0;
-    StiffeningCurve curve;
-    double misfit_n = 0.0;  ///< root of the mean squared difference
-};
-
-/// Least squares over k and the curve, of fewer terms where the tangent would not stay positive. Throws Error where the
-/// record has too few depths.
-DentFit fit_dent(const ForceRecord& record);
-
 /// The lines of a scene that such a fit gives.
 std::string scene_lines(const Scene& scene, double factor, const DentFit& fit);
 

@@ -2,22 +2,12 @@
 // Stiffness and relaxation of a body from one measured press, by least squares.
 #pragma once
 
-#include <filesystem>
 #include <vector>
 
 #include "host/base/relaxation.hpp"
+#include "host/scene/press_record.hpp"
 
 namespace haptable {
-
-/// A measured press: how deep, how hard, when.
-struct ForceRecord {
-    std::vector<double> time_s, depth_m, force_n;  ///< [samples]; time ascends
-};
-
-/// A file with the header time_s,depth_m,force_n and a sample a line, the force that of the body against the press.
-/// What comes after the body has let go (no force, after the largest) is left out: there the depth is not its
-/// surface's. Throws Error "FILE:LINE: what is wrong".
-ForceRecord read_force_record(const std::filesystem::path& file);
 
 struct PronyFit {
     double stiffness_n_per_m = 0.0;          ///< at once
@@ -36,7 +26,7 @@ std::vector<double> relaxed_force(const ForceRecord& record, double stiffness_n_
 /// Least squares over stiffness, shares and times (Levenberg and Marquardt), from times spread evenly over the record's
 /// decades; so many terms, or with 0 those at which Schwarz's criterion is least, up to `most_terms`; fewer, where the
 /// record does not determine each number of a term to half of itself. Throws Error
-/// where the record has too few samples for its terms.
+/// where the record has no times, or too few samples for its terms.
 PronyFit fit_prony(const ForceRecord& record, std::size_t terms, std::size_t most_terms);
 
 }  // namespace haptable

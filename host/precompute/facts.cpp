@@ -68,6 +68,12 @@ ordered_json to_json(const DentErrors& errors) {
 
 ordered_json to_json(const Stiffening& material, const StiffeningFit& fit) {
     ordered_json json{{"curve", fit.curve.c}, {"energy_j", fit.curve.energy_j}};
+    if (const auto& pressed = fit.pressed)
+        json["press"] = {{"node", pressed->node},
+                         {"depth_m", material.press->depth_m},
+                         {"misfit_n", material.press->misfit_n},
+                         {"stiffness_n_per_m", material.press->stiffness_n_per_m},
+                         {"scene_stiffness_n_per_m", pressed->stiffness_n_per_m}};
     if (material.curve.energy_j > 0.0) return json;
     if (material.fung > 0.0)
         json["fung"] = material.fung;
@@ -81,6 +87,7 @@ ordered_json to_json(const Stiffening& material, const StiffeningFit& fit) {
     for (std::size_t place = 0; place < fit.by_place.size(); ++place) {
         ordered_json of_place{{"node", fit.node[place]}, {"pressed_n_per_m", fit.pressed_n_per_m[place]}};
         of_place.update(to_json(fit.by_place[place]));
+        of_place["good_m"] = fit.good_m[place];
         json["by_place"].push_back(std::move(of_place));
     }
     return json;

@@ -69,6 +69,8 @@ std::string dependencies(const Scene& scene, const fs::path& folder) {
     std::vector<fs::path> files = mesh_files(scene.mesh.file);
     if (scene.tool && scene.tool->shape && !scene.tool->shape->file.empty())
         for (const fs::path& file : mesh_files(scene.tool->shape->file)) files.push_back(file);
+    if (scene.material.stiffening && scene.material.stiffening->press)
+        files.push_back(scene.material.stiffening->press->file);
     for (const fs::path& file : files) {
         if (file.empty()) continue;  // a generated mesh has none
         inputs += " " + make_path(file);

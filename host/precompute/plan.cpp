@@ -98,9 +98,12 @@ Plan make_plan(const Scene& scene, const Body& body, Drawing drawing, const Iden
     return plan;
 }
 
+Masks masks_of(const Body& body, double radius_m, Workers& workers, Progress& progress) {
+    return make_masks(body.mesh.position_m, body.touch_patch, radius_m, workers, progress, body.touch_quarter);
+}
+
 void plan_masks(const Scene& scene, const Body& body, Workers& workers, Progress& progress, Plan& plan) {
-    plan.masks = make_masks(body.mesh.position_m, body.touch_patch, scene.contact.mask_radius_m, workers, progress,
-                            body.touch_quarter);
+    plan.masks = masks_of(body, scene.contact.mask_radius_m, workers, progress);
     plan.mask_pairs = mask_pairs(plan.masks, body.unknown, workers);
 }
 

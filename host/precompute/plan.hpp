@@ -45,6 +45,8 @@ struct Plan {
 Plan make_plan(const Scene& scene, const Body& body, Drawing drawing, const Identity& identity,
                const std::filesystem::path& folder, bool force);
 
+/// Masks of that radius on the touchable surface.
+Masks masks_of(const Body& body, double radius_m, Workers& workers, Progress& progress);
 /// The masks of force = "pressure-mask", and the pairs that they need.
 void plan_masks(const Scene& scene, const Body& body, Workers& workers, Progress& progress, Plan& plan);
 

@@ -289,7 +289,12 @@ Matrices compute(const Run& run, Summary& summary) {
     summary.inverse.small_strain = find_small_strain(scene, body, plan.masks, whole);
     if (const auto& stiffening = scene.material.stiffening) {
         clock.begin("stiffening");
-        if (stiffening->curve.energy_j > 0.0) {
+        if (stiffening->press) {
+            const double radius_m = stiffening->press->radius_m;
+            summary.stiffening = fit_press(
+                scene, body, radius_m > 0.0 ? masks_of(body, radius_m, run.workers, progress) : plan.masks, whole);
+            summary.inverse.small_strain.reset();
+        } else if (stiffening->curve.energy_j > 0.0) {
             summary.stiffening.emplace().curve = stiffening->curve;
             summary.inverse.small_strain.reset();
         } else {

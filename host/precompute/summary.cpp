@@ -154,6 +154,12 @@ std::string describe(const PairSummary& pair) {
         how, human_bytes(pair.bytes), pair.error.places, pair.error.worst, pair.error.p99);
 }
 
+/// How the body of a record's press answers there.
+std::string describe(const RecordedPress& press, const PressedPlace& place) {
+    return fmt::format("  stiffening: of a press to {:.2g} m at node {}, which the curve misses by {:.2g} N (rms)\n",
+                       press.depth_m, place.node, press.misfit_n);
+}
+
 std::string describe(const StiffeningFit& fit) {
     const DentErrors& all = fit.fitted;
     if (all.dents == 0)
@@ -170,8 +176,9 @@ std::string describe(const StiffeningFit& fit) {
                             100.0 * fit.by_way[way].rms, 100.0 * fit.by_way[way].linear_rms, fit.by_way[way].depth_m,
                             fit.is_fitted[way] ? "" : ", which this finger does not go");
     for (std::size_t place = 0; place < fit.by_place.size(); ++place)
-        text += fmt::format("    at node {:<6} {:.1f} % (linear: {:.1f} %)\n", fit.node[place],
-                            100.0 * fit.by_place[place].rms, 100.0 * fit.by_place[place].linear_rms);
+        text += fmt::format("    at node {:<6} {:.1f} % (linear: {:.1f} %), within {:.0f} % to {:.2g} m\n",
+                            fit.node[place], 100.0 * fit.by_place[place].rms, 100.0 * fit.by_place[place].linear_rms,
+                            100.0 * SmallStrain::kShare, fit.good_m[place]);
     return text + fmt::format(
                       "    within {:.0f} % to {:.2g} m deep; pulling {:.2g}, sideways {:.2g} m (median of {} places)\n",
                       100.0 * SmallStrain::kShare, fit.good.pressing_m, fit.good.pulling_m, fit.good.sideways_m,
@@ -225,9 +232,23 @@ PairSummary::PairSummary(const PairTables& tables, const PairError& measured)
       bytes(pair_bytes(tables)),
       error(measured) {}
 
+/// Young's modulus that makes a small dent of the body the record's.
+std::vector<std::string> press_warnings(const Scene& scene, const std::optional<StiffeningFit>& fit) {
+    constexpr double kShare = 0.1;
+    if (!fit || !fit->pressed) return {};
+    const RecordedPress& press = *scene.material.stiffening->press;
+    const double factor = press.stiffness_n_per_m / fit->pressed->stiffness_n_per_m;
+    if (std::abs(factor - 1.0) < kShare) return {};
+    return {
+        fmt::format("a small dent of the record has {:.3g} N/m, and the body {:.3g} N/m there: young = {:.4g} in "
+                    "[material] makes them alike",
+                    press.stiffness_n_per_m, fit->pressed->stiffness_n_per_m, factor * scene.material.young_pa)};
+}
+
 std::vector<std::string> run_warnings(const Scene& scene, const Summary& summary) {
     std::vector<std::string> warnings = locking_warnings(scene, summary.inverse.locking);
     for (const std::string& warning : digit_warnings(scene, summary)) warnings.push_back(warning);
+    for (const std::string& warning : press_warnings(scene, summary.stiffening)) warnings.push_back(warning);
     for (const std::string& warning : gravity_warnings(scene, summary.inverse.gravity)) warnings.push_back(warning);
     return warnings;
 }
@@ -335,7 +356,9 @@ std::string to_table(const Scene& scene, const Body& body, const Summary& summar
     if (summary.pair) text += describe(*summary.pair);
     if (summary.body_modes) text += describe(*summary.body_modes);
     text += stiffness_line(scene, summary.size.stiffness, press);
-    if (summary.stiffening)
+    if (summary.stiffening && summary.stiffening->pressed)
+        text += describe(*scene.material.stiffening->press, *summary.stiffening->pressed);
+    else if (summary.stiffening)
         text += describe(*summary.stiffening);
     else if (const auto& s = summary.inverse.small_strain)
         text += fmt::format(

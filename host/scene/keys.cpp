@@ -157,7 +157,8 @@ std::vector<Key> make_keys() {
     add("material", {
         {.name = "stiffening", .type = kByLaw, .changes = kTables,
          .means = "[how dents stiffen](MATERIALS.md#dents-that-stiffen), regions too: `{ yeoh = [y2, y3] }`, "
-                  "`{ fung = b }`, or haptable-fit's `{ curve = [c1, c2, c3], energy = e0 }`"},
+                  "`{ fung = b }`, a measured press, `{ curve = \"press.csv\", at = [x, y, z] }`, or haptable-fit's "
+                  "`{ curve = [c1, c2, c3], energy = e0 }`"},
     });
     add_where(keys, "region");
     add_material(keys, "region");

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <map>
 
+#include "host/base/error.hpp"
 #include "host/scene/keys.hpp"
+#include "host/scene/press_record.hpp"
 
 namespace haptable {
 
@@ -46,7 +48,8 @@ Material read_isotropic(const Section& section, Element element) {
 /// { curve = [c1, c2, c3], energy = e0 }: what haptable-fit gives.
 StiffeningCurve read_curve(const Section& section) {
     StiffeningCurve curve;
-    const std::vector<double> c = section.numbers("curve", 3, "three numbers of haptable-fit, [c1, c2, c3]");
+    const std::vector<double> c =
+        section.numbers("curve", 3, "three numbers of haptable-fit, [c1, c2, c3], or a record's path");
     std::copy(c.begin(), c.end(), curve.c.begin());
     curve.energy_j = section.number("energy");
     if (!(curve.energy_j > 0.0))
@@ -56,13 +59,40 @@ StiffeningCurve read_curve(const Section& section) {
     return curve;
 }
 
+/// { curve = "press.csv", at = [x, y, z], radius = r }: what haptable-fit would give.
+Stiffening read_press(const Section& section) {
+    if (section.has("energy")) section.fail("energy", "is the record's own: remove it");
+    Stiffening stiffening;
+    RecordedPress& press = stiffening.press.emplace();
+    const std::vector<double> at = section.numbers("at", 3, "the place that was pressed, [x, y, z] in metres");
+    std::copy(at.begin(), at.end(), press.at_m.begin());
+    if (section.has("radius") && !((press.radius_m = section.number("radius")) > 0.0))
+        section.fail("radius", fmt::format("is {} m and must be greater than 0", press.radius_m));
+    try {
+        press.file = section.beside("curve");
+        const DentFit fit = fit_dent(read_force_record(press.file));
+        stiffening.curve = fit.curve;
+        press.depth_m = fit.depth_m;
+        press.stiffness_n_per_m = fit.stiffness_n_per_m;
+        press.misfit_n = fit.misfit_n;
+    } catch (const Error& error) {
+        section.fail("curve", error.what());
+    }
+    return stiffening;
+}
+
 /// One of two laws, { yeoh = [y2] }, { yeoh = [y2, y3] } or { fung = b }; or a curve.
 Stiffening read_stiffening(const Section& section) {
     constexpr double kMost = 1e4;  // a body that is as stiff again at a strain of 1 %
-    section.require_known({"yeoh", "fung", "curve", "energy"});
+    section.require_known({"yeoh", "fung", "curve", "energy", "at", "radius"});
     if (section.has("yeoh") + section.has("fung") + section.has("curve") != 1)
         section.fail("yeoh",
-                     "give one law, { yeoh = [y2, y3] } or { fung = b }, or { curve = [c1, c2, c3], energy = e0 }");
+                     "give one law, { yeoh = [y2, y3] } or { fung = b }, or { curve = [c1, c2, c3], energy = e0 }, or "
+                     "{ curve = \"press.csv\", at = [x, y, z] }");
+    const bool is_record = section.has("curve") && section.find("curve")->is_string();
+    for (std::string_view key : {"at", "radius"})
+        if (section.has(key) && !is_record) section.fail(key, "belongs to curve = \"press.csv\": remove it");
+    if (is_record) return read_press(section);
     if (section.has("curve")) return {.curve = read_curve(section)};
     const auto require = [&](std::string_view key, double value) {
         if (!(value >= 0.0 && value <= kMost))

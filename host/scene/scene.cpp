@@ -316,16 +316,25 @@ Json to_json(const Material& material) {
     return {{"law", "orthotropic"}, {"young", law.young_pa}, {"poisson", law.poisson}, {"shear", law.shear_pa}};
 }
 
+Json to_json(const Stiffening& stiffening) {
+    const auto& [y2, y3, fung, curve, press] = stiffening;
+    if (fung > 0.0) return {{"fung", fung}};
+    if (!(curve.energy_j > 0.0)) return {{"yeoh", {y2, y3}}};
+    Json json{{"curve", curve.c}, {"energy", curve.energy_j}};
+    if (press)
+        json.update({{"at", press->at_m},
+                     {"radius", press->radius_m},
+                     {"depth", press->depth_m},
+                     {"stiffness", press->stiffness_n_per_m}});
+    return json;
+}
+
 /// A material's constants over what the file says of it: its place and its axes stay.
 void store(const Material& material, Json& values) {
     const Json constants = to_json(material);
     for (const auto& [key, value] : constants.items()) values[key] = value;
     for (const char* key : {"young_along", "young_across", "poisson_across", "stiffening"}) values.erase(key);
-    if (const auto& stiffens = material.stiffening)
-        values["stiffening"] = stiffens->curve.energy_j > 0.0
-                                   ? Json{{"curve", stiffens->curve.c}, {"energy", stiffens->curve.energy_j}}
-                               : stiffens->fung > 0.0 ? Json{{"fung", stiffens->fung}}
-                                                      : Json{{"yeoh", {stiffens->y2, stiffens->y3}}};
+    if (material.stiffening) values["stiffening"] = to_json(*material.stiffening);
 }
 
 }  // namespace

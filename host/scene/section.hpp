@@ -43,6 +43,8 @@ public:
     std::int64_t integer(std::string_view key) const;
     bool flag(std::string_view key) const;
     std::string text(std::string_view key) const;
+    /// The path of a file that the key names, from the scene's own on.
+    std::filesystem::path beside(std::string_view key) const { return file_.parent_path() / text(key); }
     /// One of `have`.
     std::string choice(std::string_view key, const Names& have) const;
 

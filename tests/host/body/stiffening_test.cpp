@@ -177,6 +177,10 @@ TEST(StiffeningFit, OfADentIsBetterThanLinearInEveryDirection) {
         EXPECT_LT(fit.by_way[way].rms, 0.7 * fit.by_way[way].linear_rms) << kDentWays[way];
     }
     EXPECT_LT(fit.fitted.rms, 0.7 * fit.fitted.linear_rms);
+    ASSERT_EQ(fit.good_m.size(), fit.by_place.size());
+    for (std::size_t place = 0; place < fit.good_m.size(); ++place)
+        EXPECT_LE(fit.good_m[place], fit.by_place[place].depth_m);
+    EXPECT_LT(fit.good_m.front(), 0.7 * fit.good_m[2]) << "the first is beside the held base";
     EXPECT_GT(fit.good.pressing_m, 0.0);
     EXPECT_LE(fit.good.pressing_m, 0.3 * 0.03 * 1.000001);
     // A device of so little force never dents the body as deep.

@@ -205,13 +205,18 @@ TEST(Fit, ARecordThatIsNoneIsAnErrorAtItsLine) {
         write_file(folder.path() / "press.csv", text);
         return test::error_of([&] { read_force_record(folder.path() / "press.csv"); });
     };
-    EXPECT_NE(error_of("t,d,f\n").find("press.csv:1: the header must be time_s,depth_m,force_n"), std::string::npos);
+    EXPECT_NE(error_of("t,d,f\n").find("press.csv:1: the header must be time_s,depth_m,force_n or depth_m,force_n"),
+              std::string::npos);
     EXPECT_NE(error_of("time_s,depth_m,force_n\n0,0,0\n0,1,1\n").find(":3: its time does not ascend"),
               std::string::npos);
-    EXPECT_NE(error_of("time_s,depth_m,force_n\n0,0,x\n").find(":2: holds what is no number"), std::string::npos);
+    EXPECT_NE(error_of("time_s,depth_m,force_n\n0,0,x\n").find(":2: force_n holds what is no number"),
+              std::string::npos);
     EXPECT_NE(error_of("time_s,depth_m,force_n\n0,0\n").find(":2: must be"), std::string::npos);
     EXPECT_NE(error_of("time_s,depth_m,force_n\n0,0.1,-1\n").find("no force above 0"), std::string::npos);
     EXPECT_NE(error_of("time_s,depth_m,force_n\n0,-0.1,1\n").find("no depth above 0"), std::string::npos);
+    EXPECT_NE(error_of("# a slow press\ndepth_m,force_n\n1,1\n1,2,3\n").find(":4: has more than two numbers"),
+              std::string::npos);
+    EXPECT_NE(error_of("depth_m,force_n\n1;2\n").find(":2: must be depth_m,force_n"), std::string::npos);
     EXPECT_EQ(error_of("time_s,depth_m,force_n\r\n0,0,0\r\n0.5,1e-3,2\r\n"), "no error");
 }
 
@@ -257,8 +262,40 @@ TEST(Fit, ASlowPressGivesTheCurveThatMadeIt) {
     EXPECT_LT(fit.misfit_n, 1e-9);
     for (double& force : record.force_n) force = -force;
     EXPECT_THROW((void)fit_dent(record), Error) << "the force on the press";
-    record.depth_m.resize(5);
-    EXPECT_THROW((void)fit_dent(record), Error);
+}
+
+// A published press of an organ: no line is near it, and a curve is.
+TEST(Fit, APublishedPressOfALiver) {
+    const ForceRecord record = read_force_record("tests/host/fit/pig_liver.csv");
+    ASSERT_EQ(record.force_n.size(), 10U);
+    const DentFit fit = fit_dent(record);
+    EXPECT_LT(fit.misfit_n, 0.01 * fit.largest_n);
+    EXPECT_GT(fit.curve.factor(fit.curve.energy_j), 5.0) << "at 3 mm it is that much stiffer than at first";
+    double depth2 = 0.0, both = 0.0, off2 = 0.0;
+    for (std::size_t i = 0; i < record.force_n.size(); ++i) {
+        depth2 += record.depth_m[i] * record.depth_m[i];
+        both += record.depth_m[i] * record.force_n[i];
+    }
+    for (std::size_t i = 0; i < record.force_n.size(); ++i)
+        off2 += std::pow(both / depth2 * record.depth_m[i] - record.force_n[i], 2);
+    EXPECT_GT(std::sqrt(off2 / 10.0), 0.15 * fit.largest_n) << "the best line";
+}
+
+// Each two samples are worth a number: fewer depths than a cubic needs do not bend it through each of them.
+TEST(Fit, AFewDepthsGiveACurveOfFewerTerms) {
+    ForceRecord record;
+    for (const double depth_mm : {1.0, 2.0, 3.0, 4.0, 5.0}) {
+        record.depth_m.push_back(1e-3 * depth_mm);
+        record.force_n.push_back(0.1 * depth_mm + 0.02 * depth_mm * depth_mm);
+    }
+    const DentFit fit = fit_dent(record);
+    EXPECT_NEAR(fit.stiffness_n_per_m, 100.0, 1e-9);
+    EXPECT_NEAR(fit.curve.c[0], 1.0, 1e-9);  // 0.02 x 5 mm over 0.1
+    EXPECT_EQ(fit.curve.c[1], 0.0);
+    EXPECT_NE(test::error_of([&] { (void)fit_prony(record, 0, 8); }).find("no times"), std::string::npos);
+    record.depth_m.resize(3);
+    record.force_n.resize(3);
+    EXPECT_NE(test::error_of([&] { (void)fit_dent(record); }).find("3 samples"), std::string::npos);
 }
 
 }  // namespace

@@ -293,6 +293,66 @@ TEST_F(PrecomputeRun, DentsThatStiffenAreFittedToldAndHashed) {
               std::string::npos);
 }
 
+/// A scene file of a cube of 30 mm, pressed on its top; `more` of its stiffening.
+Scene pressed_scene(const fs::path& folder, const std::string& more, double young_pa = 1e4) {
+    const fs::path file = folder / "pressed.toml";
+    write_file(file,
+               fmt::format("name = \"pressed\"\n[mesh]\ngenerate = \"cube\"\nside = 0.03\nnodes_per_side = 5\n"
+                           "[material]\nyoung = {}\npoisson = 0.45\nstiffening = {{ curve = \"press.csv\", {} }}\n"
+                           "[[fixed]]\nbelow = 1e-9\n",
+                           young_pa, more));
+    return read_scene(file);
+}
+
+// A record F = 50 d (1 + d / 5 mm) to 5 mm.
+TEST_F(PrecomputeRun, ARecordsDentHasItsCurveAtItsDepth) {
+    const auto press = [&](double n_per_m) {
+        std::string text = "# of a test\ndepth_m,force_n\n";
+        for (int k = 1; k <= 10; ++k) {
+            const double d = 5e-4 * k;
+            text += fmt::format("{},{}\n", d, n_per_m * d * (1.0 + d / 5e-3));
+        }
+        write_file(out_.parent_path() / "press.csv", text);
+    };
+    press(50.0);
+    const fs::path folder = out_.parent_path();
+    run(pressed_scene(folder, "at = [0.015, 0.015, 0.03]"), out_);
+    const StiffeningCurve curve = read_tables(out_).stiffening;
+    EXPECT_NEAR(curve.c[0], 1.0, 1e-6);
+    const auto told = parse_json(read_file(out_ / "summary.json"));
+    const double own = told.at("stiffening").at("press").at("scene_stiffness_n_per_m");
+    EXPECT_NEAR(curve.energy_j, 0.5 * own * 5e-3 * 5e-3, 1e-9 * curve.energy_j);
+    EXPECT_NEAR(told.at("stiffening").at("press").at("stiffness_n_per_m"), 50.0, 1e-6);
+    // Young's modulus that the warning gives makes the small dent the record's, and warns no more.
+    const std::string warning = told.at("warnings").at(told.at("warnings").size() - 1);
+    const auto at = warning.find("young = ");
+    ASSERT_NE(at, std::string::npos) << warning;
+    const double young = std::stod(warning.substr(at + 8));
+    const Result alike = run(pressed_scene(folder, "at = [0.015, 0.015, 0.03]", young), out_);
+    EXPECT_NEAR(alike.summary.stiffening->pressed->stiffness_n_per_m, 50.0, 0.025) << "young has four digits";
+    for (const auto& one : parse_json(read_file(out_ / "summary.json")).at("warnings"))
+        EXPECT_EQ(one.get<std::string>().find("young = "), std::string::npos) << one;
+    // Another record, another place's mask: made again; the same record: not.
+    EXPECT_TRUE(run(pressed_scene(folder, "at = [0.015, 0.015, 0.03]", young), out_).unchanged);
+    press(51.0);
+    const Result again = run(pressed_scene(folder, "at = [0.015, 0.015, 0.03]", young), out_);
+    EXPECT_FALSE(again.unchanged);
+    const Result wide = run(pressed_scene(folder, "at = [0.015, 0.015, 0.03], radius = 0.012", young), out_);
+    EXPECT_FALSE(wide.unchanged);
+    EXPECT_GT(wide.summary.stiffening->pressed->stiffness_n_per_m,
+              1.5 * again.summary.stiffening->pressed->stiffness_n_per_m)
+        << "12 mm, not a node";
+    EXPECT_NE(test::error_of([&] {
+                  run(pressed_scene(folder, "at = [0.015, 0.015, 0.06]"), out_);
+              }).find("pressed.toml: material.stiffening.at: [0.015, 0.015, 0.06] is 0.03 m from the touchable"),
+              std::string::npos);
+    write_file(folder / "press.csv", "depth_m,force_n\n0.001,0.1\n0.002,x\n");
+    EXPECT_NE(test::error_of([&] {
+                  pressed_scene(folder, "at = [0.015, 0.015, 0.03]");
+              }).find("press.csv:3: force_n holds what is no number"),
+              std::string::npos);
+}
+
 TEST_F(PrecomputeRun, HowMuchItLocksIsToldAndKept) {
     Scene scene = cube_scene();
     const auto told = [&] {

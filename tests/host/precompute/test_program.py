@@ -245,6 +245,17 @@ def test_depfile_is_a_rule_for_make(precompute):
     assert precompute.read("a.d") == b"a/summary.json: scene.toml\n\nscene.toml:\n"
 
 
+def test_a_record_stands_beside_its_scene_and_is_an_input(precompute):
+    (precompute.folder / "press.csv").write_text("depth_m,force_n\n" + "".join(
+        f"{d},{50.0 * d * (1.0 + d / 0.004)}\n" for d in (0.001, 0.002, 0.003, 0.004)))
+    stiffening = 'stiffening = { curve = "press.csv", at = [0.015, 0.015, 0.03] }'
+    precompute.write(("poisson = 0.3", "poisson = 0.3\n" + stiffening))
+    said = precompute.well("scene.toml -o a --depfile a.d")
+    assert "stiffening: of a press to 0.004 m" in said.out
+    assert "a small dent of the record has 50 N/m" in said.err and "young = " in said.err
+    assert precompute.read("a.d").startswith(b"a/summary.json: scene.toml press.csv\n")
+
+
 @pytest.mark.parametrize("old, new, part", [
     ("young", "yung", "scene.toml:6: material.yung: unknown key"),
     ("0.3", "0.5", "scene.toml:7: material.poisson"),

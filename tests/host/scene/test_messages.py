@@ -62,7 +62,15 @@ WRONG = [
      "7: material.stiffening.yeho: unknown key; did you mean yeoh?", BEYOND),
     ("material", "young = 1000\npoisson = 0.3\nstiffening = { yeoh = [1], fung = 2 }",
      "7: material.stiffening.yeoh: give one law, { yeoh = [y2, y3] } or { fung = b }, or "
-     "{ curve = [c1, c2, c3], energy = e0 }", BEYOND),
+     "{ curve = [c1, c2, c3], energy = e0 }, or { curve = \"press.csv\", at = [x, y, z] }", BEYOND),
+    ("material", "young = 1000\npoisson = 0.3\nstiffening = { curve = \"none.csv\", at = [0, 0, 1] }",
+     "7: material.stiffening.curve: none.csv: cannot be read: No such file or directory", BEYOND),
+    ("material", "young = 1000\npoisson = 0.3\nstiffening = { curve = \"press.csv\" }",
+     "7: material.stiffening.at: is missing; give the place that was pressed, [x, y, z] in metres", BEYOND),
+    ("material", "young = 1000\npoisson = 0.3\nstiffening = { yeoh = [1], radius = 0.01 }",
+     "7: material.stiffening.radius: belongs to curve = \"press.csv\": remove it", BEYOND),
+    ("material", "young = 1000\npoisson = 0.3\nstiffening = { curve = \"p.csv\", at = [0, 0, 1], energy = 1 }",
+     "7: material.stiffening.energy: is the record's own: remove it", BEYOND),
     ("material", "young = 1000\npoisson = 0.3\nstiffening = { yeoh = [-1, 2] }",
      "7: material.stiffening.yeoh: has -1 and must lie in 0..10000: a body that stiffens", BEYOND),
     ("material", "young = 1000\npoisson = 0.3\nstiffening = { curve = [0, -3, 0], energy = 1 }",
@@ -379,7 +387,7 @@ def error_of(folder, text, name: str = "scene.toml") -> str:
     file.write_bytes(text if isinstance(text, bytes) else text.encode())
     ended = run([program("haptable-precompute"), "--print-name", "--", file])
     assert (ended.status, ended.out, ended.err.count("\n")) == (1, "", 1), (text, ended)
-    return ended.err.removesuffix("\n").removeprefix(f"haptable-precompute: {file}:")
+    return ended.err.removesuffix("\n").removeprefix(f"haptable-precompute: {file}:").replace(f"{folder}/", "")
 
 
 def test_errors_name_line_key_and_remedy(tmp_path, need):
