@@ -540,12 +540,14 @@
 
   const clear = () => histories.forEach(history => history.clear());
 
+  const good_m = () => (scene.small_strain || {}).depth_m || 0;
+
   function plots() {
     const floor_m = 1e-3, floor_n = Math.max(scene.stiffness_n_per_m * floor_m, 1e-6);
     const seconds = replay ? Math.max(0.1, replay.count / 1000) : HISTORY_S;
     if (replay) return replay_plots(seconds, floor_n, floor_m);
     draw_by_time(by_time, histories, seconds, floor_n);
-    draw_by_depth(by_depth, histories, floor_n, floor_m);
+    draw_by_depth(by_depth, histories, floor_n, floor_m, good_m());
   }
 
   function legend() {
@@ -684,6 +686,7 @@
     });
     c = by_depth.begin();
     by_depth.axes(c, {x_end: deep, x_label: m => String(Number((1e3 * m).toPrecision(3))), y_end: top, y_unit: 'N'});
+    draw_good(by_depth, c, good_m());
     ds.forEach((d, finger) => {
       by_depth.line(c, d, ys[finger].map((f, i) => d[i] > 0 ? f : NaN), FINGERS[finger], {alpha: 0.8, width: 1.3});
       by_depth.dot(c, of(1, at, finger), of(0, at, finger), FINGERS[finger]);

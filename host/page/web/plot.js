@@ -72,6 +72,23 @@ class Plot {
     c.globalAlpha = 1;
   }
 
+  // A dashed line up from x, where the axes reach that far, and beside it what lies beyond.
+  border(c, x, beyond) {
+    const {right, top, bottom} = this.box, at = Math.round(this.x(x)) + 0.5;
+    if (!(at < right)) return;
+    c.strokeStyle = c.fillStyle = this.color('quiet');
+    c.setLineDash([3, 3]);
+    c.beginPath();
+    c.moveTo(at, bottom);
+    c.lineTo(at, top);
+    c.stroke();
+    c.setLineDash([]);
+    if (at + c.measureText(beyond).width + 4 > right) return;
+    c.textAlign = 'left';
+    c.textBaseline = 'bottom';
+    c.fillText(beyond, at + 4, bottom - 2);
+  }
+
   dot(c, x, y, color) {
     c.fillStyle = this.color(color);
     c.beginPath();
@@ -127,11 +144,17 @@ function draw_force(plot, c, history, n, color) {
   plot.line(c, xs, ys, color);
 }
 
-function draw_by_depth(plot, histories, floor_n, floor_m) {
+// good_m: the depth from which on the force is off by 10 % and more; 0: it is not known.
+function draw_by_depth(plot, histories, floor_n, floor_m, good_m) {
   const c = plot.begin(), y_end = Text.round_up(Math.max(...histories.map(h => 1.05 * h.largest(h.force)), floor_n));
   const x_end = Text.round_up(Math.max(...histories.map(h => 1.02 * h.largest(h.depth)), floor_m));
   plot.axes(c, {x_end, x_label: m => String(Number((1e3 * m).toPrecision(3))), y_end, y_unit: 'N'});
+  draw_good(plot, c, good_m);
   histories.forEach((history, finger) => draw_depth(plot, c, history, FINGERS[finger]));
+}
+
+function draw_good(plot, c, good_m) {
+  if (good_m > 0) plot.border(c, good_m, 'may be off by 10 %');
 }
 
 function draw_depth(plot, c, history, color) {

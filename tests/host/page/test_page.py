@@ -186,6 +186,26 @@ def strokes(body, count: int, seed: int = 1) -> np.ndarray:
     return np.concatenate([np.full((1, count, 3), np.nan), way]).swapaxes(0, 1).reshape(-1, 3)
 
 
+def test_the_plot_says_how_deep_the_force_is_good(page):
+    """A dashed line at the tables' depth, and none where that lies beyond the axis."""
+    page.make().open()
+    good_m = page("haptable.scene().small_strain.depth_m")
+    assert good_m == json.loads((page.tables / "tables.json").read_text())["small_strain"]["depth_m"]
+    drawn = page("""((good_m) => {
+        const plot = new Plot(document.getElementById('by_depth')), ratio = window.devicePixelRatio;
+        return [3.0, 0.1].map(share => {
+            const history = new History(8);
+            history.add(1.0, share * good_m, 1);
+            draw_by_depth(plot, [history], 1e-6, 1e-9, good_m);
+            const x = Math.floor(ratio * plot.x(good_m)), height = plot.canvas.height;
+            if (x >= plot.canvas.width) return 0;
+            const column = plot.canvas.getContext('2d').getImageData(x, 0, 1, height).data;
+            return column.filter((value, i) => (i & 3) === 3 && value > 0).length / height;
+        });
+    })(%r)""" % good_m)
+    assert drawn[0] > 0.3 and drawn[1] < 0.1
+
+
 def test_opens_from_the_disk_and_is_pressed(page):
     """Without a network: the body is drawn, a press is felt and dents it, letting go frees the finger."""
     page.make().open()
