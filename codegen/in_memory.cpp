@@ -30,6 +30,14 @@ haptable_compliance compliance_in_memory(const ServoCompliance& from) {
     return to;
 }
 
+/// An earlier model of the same tables goes on to point to what it has.
+void keep_in_memory(const haptable_compliance& made, std::shared_ptr<haptable_compliance>& kept) {
+#define HAPTABLE_SAME(type, name, ...) &&kept->name == made.name
+    const bool is_same = kept != nullptr HAPTABLE_COMPLIANCE_FIELDS(HAPTABLE_SAME, HAPTABLE_SAME);
+#undef HAPTABLE_SAME
+    if (!is_same) kept = std::make_shared<haptable_compliance>(made);
+}
+
 /// A model with its tables, and nothing else yet.
 haptable_model tables_in_memory(const ServoTables& from) {
     haptable_model to{};
@@ -74,9 +82,9 @@ haptable_model model_in_memory(const Tables& tables, const ServoModel& servo) {
     model.relaxation_reach_m = servo.relaxation_reach_m;
     haptable_lay_out(&model);
     if (servo.compliance.degree != 0) {
-        servo.compliance.in_memory = std::make_shared<haptable_compliance>(compliance_in_memory(servo.compliance));
-        haptable_compliance& compliance = *servo.compliance.in_memory;
+        haptable_compliance compliance = compliance_in_memory(servo.compliance);
         if (!servo.reads_compliance()) compliance.vertex = compliance.edge = compliance.patch = nullptr;
+        keep_in_memory(compliance, servo.compliance.in_memory);
         model.compliance = servo.compliance.in_memory.get();
     }
     model.crc = model.check ? haptable_crc_of(&model, haptable_span_of_model) : 0;
