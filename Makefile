@@ -463,7 +463,7 @@ $(BUILD)/lcm/haptable/%.hpp: codegen/lcm/%.lcm | $(BUILD)/setup.stamp
 
 $(BUILD)/lcm/haptable/channels.hpp: codegen/lcm/channels.list
 	@mkdir -p $(@D)
-	@awk '!/^#/ { types = types "#include \"haptable/" $$2 ".hpp\"\n"; rows = rows sprintf("    X(%s, %s, %s, %d) \\\n", $$1, $$2, $$3, $$4 == "each" ? 2 : 1) } \
+	@awk '!/^#/ { types = types "#include \"haptable/" $$2 ".hpp\"\n"; rows = rows sprintf("    X(%s, %s, %s, %d) \\\n", $$1, $$2, $$3, $$4 == "each" ? 8 : 1) } \
 	END { print "#pragma once\n" types "#define HAPTABLE_MESSAGES(X) \\\n" rows }' $< > $@
 
 # The servo for a browser: freestanding, with the host's bits (FP), all modes in one module that reads its tables.
@@ -498,7 +498,7 @@ $(PYTHON_TYPES): $(wildcard codegen/lcm/*.lcm) codegen/lcm/channels.list | $(BUI
 	@rm -rf $(BUILD)/python/types && mkdir -p $(BUILD)/python/types/haptable
 	$(Q)lcm-gen -p --ppath $(BUILD)/python/types/made $(filter %.lcm,$^)
 	@mv $(BUILD)/python/types/made/haptable $(@D) && rmdir $(BUILD)/python/types/made
-	@awk 'BEGIN { print "\n#: The type of the messages on each channel.\nCHANNELS = {" } !/^#/ { printf "    \"%s\": %s,\n", $$1, $$2; if ($$4 == "each") printf "    \"%s_2\": %s,\n", $$1, $$2 } END { print "}" }' $(filter %.list,$^) >> $@
+	@awk 'BEGIN { print "\n#: The type of the messages on each channel.\nCHANNELS = {" } !/^#/ { printf "    \"%s\": %s,\n", $$1, $$2; for (i = 2; $$4 == "each" && i <= 8; ++i) printf "    \"%s_%d\": %s,\n", $$1, i, $$2 } END { print "}" }' $(filter %.list,$^) >> $@
 
 link = @$(if $(V),set -x,printf '  %-8s %s\n' LINK $@); mkdir -p $(@D); $(CXX) $(LDFLAGS) -o $@ $(sort $(filter %.o,$^))
 

@@ -173,6 +173,7 @@ ServoPair build_pair(const PairTables& pair, const Tables& tables, const ServoMo
     to.place.assign(pair.clusters.place.begin(), pair.clusters.place.end());
     if (!pair.clusters.load_begin.empty()) order_loads(pair.clusters, servo.leaf_order, to);
     to.control_count = static_cast<std::uint16_t>(controls);
+    to.finger_count = pair.finger_count;
     to.meeting_m = finite(pair.meeting_m);
     return to;
 }
@@ -191,6 +192,7 @@ haptable_pair_model pair_in_memory(const ServoPair& pair, const Tables& tables, 
     to.span = haptable_span_of_pair;
     to.meeting_m = pair.meeting_m;
     to.control_count = pair.control_count;
+    to.finger_count = pair.finger_count;
     to.block = reinterpret_cast<const float(*)[9]>(pair.block.data());
     if (!pair.is_exact()) point_to_clusters(pair, to);
     to.crc = model.check != nullptr ? haptable_crc_of(&to, to.span) : 0;
@@ -266,6 +268,8 @@ void add_pair_values(const ServoPair& pair, const Tables& tables, const haptable
     values["pair_load_count"] = std::to_string(to.load_count);
     values["pair_rank"] = pair.is_exact() ? "" : std::to_string(to.rank);
     values["pair_fields"] = fields;
+    values["points_settle"] = flag(model.energy != nullptr || model.frictionless != nullptr);
+    values["pair_finger_count"] = std::to_string(to.finger_count);
 }
 
 }  // namespace haptable

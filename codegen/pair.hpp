@@ -18,6 +18,7 @@ struct ServoPair {
     std::vector<std::uint16_t> place, load_place;
     std::vector<std::uint32_t> load_begin;
     std::uint16_t control_count = 0;
+    std::uint16_t finger_count = 2;  ///< of a tool 1
     float meeting_m = 0.0F;
 
     bool is_exact() const { return clusters.scale.empty(); }

@@ -10,7 +10,7 @@ namespace haptable {
 
 std::string scene_bytes(const haptable_model& model, const haptable_pair_model* pair, const haptable_body* body,
                         const ServoModes* body_modes, const haptable_tool_model* tool) {
-    if (tool != nullptr) pair = tool->pair;
+    if (tool != nullptr) pair = tool->points.pair;
     const std::uint32_t parts = (pair != nullptr ? 1U : 0U) | (body != nullptr ? 2U : 0U) |
                                 (body_modes != nullptr ? 4U : 0U) | (tool != nullptr ? 8U : 0U);
     std::string bytes(reinterpret_cast<const char*>(&parts), sizeof parts);

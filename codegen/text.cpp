@@ -204,6 +204,8 @@ TemplateValues values_of(const Tables& tables, const ServoModel& servo, const ha
     const std::string name = "haptable_" + identifier(tables.name), macro = upper(name);
     const auto flag = [](bool is_set) { return is_set ? "yes" : ""; };
     const bool moves = body != nullptr || body_modes != nullptr;
+    const int fingers = pair != nullptr && tool == nullptr ? pair->finger_count : 1;
+    const bool has_points = tool != nullptr || fingers > HAPTABLE_FINGERS;
     return {{"version", kVersion},
             {"scene_file", tables.scene_file},
             {"scene", tables.name},
@@ -233,17 +235,23 @@ TemplateValues values_of(const Tables& tables, const ServoModel& servo, const ha
             {"servo_end", pair != nullptr || tool != nullptr ? "" : servo_end(model)},
             {"checked_parts", flag(model.check != nullptr && (moves || pair != nullptr))},
             {"relaxed", flag(model.relax != nullptr)},
-            {"freed", flag(model.frictionless != nullptr)},
-            {"fingers", pair != nullptr && tool == nullptr ? "2" : "1"},
+            {"freed", flag(model.frictionless != nullptr && !has_points)},
+            {"fingers", std::to_string(fingers)},
             {"coupled", flag(pair != nullptr)},
-            {"pair", flag(pair != nullptr && tool == nullptr)},
+            {"finger_pair", flag(fingers > 1)},
+            {"pair", flag(fingers > 1 && !has_points)},
             {"tool", flag(tool != nullptr)},
+            {"hands", flag(fingers > HAPTABLE_FINGERS)},
+            {"points", flag(has_points)},
+            {"point_count", std::to_string(fingers)},  // of a tool: add_tool_values
+            {"points_state", tool != nullptr ? "hand" : "hands"},
             {"modes", flag(body_modes != nullptr)},
             {"moves", flag(moves)},
-            {"step", tool != nullptr   ? "step_tool"
-                     : moves           ? "moving"
-                     : pair != nullptr ? "step_held"
-                                       : "step_one"},
+            {"step", tool != nullptr              ? "step_tool"
+                     : fingers > HAPTABLE_FINGERS ? "step_hands"
+                     : moves                      ? "moving"
+                     : pair != nullptr            ? "step_held"
+                                                  : "step_one"},
             {"body", body != nullptr ? rigid_body_fields(*body) : ""}};
 }
 

@@ -27,29 +27,24 @@ ToolPoints points_of(const ToolTables& tool) {
 }
 
 haptable_tool_model tool_in_memory(const ToolTables& tool, const ToolPoints& point, const haptable_pair_model& pair) {
-    const haptable_model& model = *pair.model;
     haptable_tool_model to{};
-    to.pair = &pair;
-    to.couple = pair.place_count > 0 ? haptable_pair_couple_clusters : haptable_pair_couple_exact;
-    if (model.energy != nullptr || model.frictionless != nullptr) {
-        to.pull = pair.place_count > 0 ? haptable_pair_pull_clusters : haptable_pair_pull_exact;
-        to.settle = haptable_tool_settle;
-    }
+    haptable_points_model_make(&pair, &to.points);
+    to.points.count = static_cast<std::uint16_t>(point.size());
+    haptable_tool_lay_out(&to.points);
     to.span = haptable_span_of_tool;
     to.point_m = reinterpret_cast<const float(*)[3]>(point.data());
-    to.point_count = static_cast<std::uint16_t>(point.size());
     to.max_torque_n_m = finite(tool.max_torque_n_m);
     to.stiffness_n_per_m = finite(tool.stiffness_n_per_m);
     to.turn_stiffness_n_m_per_rad = finite(tool.turn_stiffness_n_m_per_rad);
     for (const auto& p : point) to.reach_m = std::max(to.reach_m, std::hypot(p[0], p[1], p[2]));
-    haptable_tool_lay_out(&to);
-    to.crc = model.check != nullptr ? haptable_crc_of(&to, to.span) : 0;
+    to.crc = pair.model->check != nullptr ? haptable_crc_of(&to, to.span) : 0;
     return to;
 }
 
 std::string tool_bytes(const haptable_tool_model& from) {
-    const std::uint16_t point_count = from.point_count;
+    const std::uint32_t point_count = from.points.count;
     Bytes bytes;
+    bytes.add(point_count);
 // NOLINTBEGIN(bugprone-macro-parentheses): names that are declared
 #define HAPTABLE_ADD_VALUE(type, name) bytes.add(from.name);
 #define HAPTABLE_ADD_TABLE(type, name, count) bytes.add_table(from.name, static_cast<std::size_t>(count));
@@ -64,7 +59,7 @@ std::vector<TableBytes> flash_tables(const ToolPoints& point) {
 
 void add_tool_values(const haptable_tool_model& tool, TemplateValues& values) {
     std::string points, fields;
-    for (std::size_t i = 0; i < tool.point_count; ++i)
+    for (std::size_t i = 0; i < tool.points.count; ++i)
         points += fmt::format("    {{{}, {}, {}}},\n", literal(tool.point_m[i][0]), literal(tool.point_m[i][1]),
                               literal(tool.point_m[i][2]));
     for (const auto& [name, value] : {std::pair{"max_torque_n_m", tool.max_torque_n_m},
@@ -73,11 +68,9 @@ void add_tool_values(const haptable_tool_model& tool, TemplateValues& values) {
                                       {"turn_stiffness_n_m_per_rad", tool.turn_stiffness_n_m_per_rad}})
         if (value != 0.0F) fields += fmt::format("    .{} = {},\n", name, literal(value));
     values["tool_version"] = std::to_string(HAPTABLE_TOOL_VERSION);
-    values["tool_point_count"] = std::to_string(tool.point_count);
+    values["point_count"] = std::to_string(tool.points.count);
     values["tool_points"] = points;
     values["tool_fields"] = fields;
-    values["tool_form"] = tool.couple == haptable_pair_couple_exact ? "exact" : "clusters";
-    values["tool_settle"] = tool.settle != nullptr ? "yes" : "";
     values["tool_crc"] = tool.crc != 0 ? fmt::format("{:08x}", tool.crc) : "";
 }
 

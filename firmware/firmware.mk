@@ -97,7 +97,7 @@ loop: firmware
 # compilers, none. And scenes whose servo runs on the host alone
 IMAGE_SCENES = meshes/cube.toml meshes/mouse.toml meshes/free-cube.toml meshes/cube-two.toml \
     $(addprefix tests/firmware/,display.toml modes.toml grasp.toml squeeze.toml wobble.toml)
-HOST_SCENES = meshes/liver-spatula.toml
+HOST_SCENES = meshes/cube-hand.toml meshes/liver-spatula.toml
 OF_cube = measure.elf FLASH=64K
 OF_display = deform.elf
 .PHONY: images

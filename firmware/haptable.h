@@ -51,8 +51,10 @@ extern "C" {
 /* No patch, no neighbour. A model has at most 65,534 patches and as many vertices. */
 #define HAPTABLE_NONE 0xFFFFu
 
-/* The most fingers; the most modes of a body that rings; the most points of a tool. */
+/* The most fingers on any body, and on one that is held, follows at once and has a compliance; the most modes of a body
+ * that rings; the most points of a tool. */
 #define HAPTABLE_FINGERS 2
+#define HAPTABLE_HANDS 8
 #define HAPTABLE_MODES 16
 #define HAPTABLE_POINTS 32
 

@@ -113,5 +113,5 @@ void haptable_check_crc(const struct haptable_scene* scene, struct haptable_serv
         check->byte = 0;
         ++check->field;
     }
-    if (scene->pair) servo[1].check = *check;
+    for (int finger = 1; finger < haptable_scene_fingers(scene); ++finger) servo[finger].check = *check;
 }

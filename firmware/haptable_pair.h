@@ -18,7 +18,7 @@ extern "C" {
 #endif
 
 /* Tables and firmware trust each other only through this number, beside HAPTABLE_TABLE_VERSION. */
-#define HAPTABLE_PAIR_VERSION 3
+#define HAPTABLE_PAIR_VERSION 4
 
 /* Of the coupling in clusters: places of one, the most vectors of its basis, the most places that a patch loads. */
 #define HAPTABLE_PAIR_CLUSTER 8
@@ -97,6 +97,7 @@ typedef int16_t haptable_step6[6];
     VALUE(uint16_t, place_count)   /* m; 0: every pair of controls has its block */                                   \
     VALUE(uint16_t, load_count)    /* patches of which each says what it loads; 0: places are controls */             \
     VALUE(uint16_t, rank)          /* r <= HAPTABLE_PAIR_RANK: vectors of each place */                               \
+    VALUE(uint16_t, finger_count)  /* 2; or 3 to HAPTABLE_HANDS, each a point; of a tool 1 */                         \
     TABLE(haptable_float9, block, place_count ? 0 : control_count*(control_count + 1) / 2) /* C_kl, k >= l, by k */   \
     TABLE(float, scale, place_count)                                                       /* s */                    \
     TABLE(haptable_step3, basis, place_count* rank) /* U, in 1/32767; step has its square */                          \

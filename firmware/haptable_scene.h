@@ -71,7 +71,7 @@ typedef struct haptable_part haptable_part_fn(const struct haptable_scene* scene
 
 struct haptable_scene {
     const struct haptable_model* model;
-    const struct haptable_pair_model* pair; /* coupling of two fingers; NULL: one finger */
+    const struct haptable_pair_model* pair; /* coupling of fingers; NULL: one finger */
     const struct haptable_body* body;       /* NULL: a held body */
     const struct haptable_modes* modes;     /* NULL: quasi-static */
     haptable_init_fn* init;                 /* haptable_init_one, haptable_init_two */
@@ -103,9 +103,11 @@ haptable_part_fn haptable_part_of;
 void haptable_scene_begin(const struct haptable_scene* scene, void* state, const struct haptable_input in[],
                           uint32_t now_us, struct haptable_output out[]);
 
-static inline int haptable_scene_fingers(const struct haptable_scene* scene) { return scene->pair ? 2 : 1; }
+static inline int haptable_scene_fingers(const struct haptable_scene* scene) {
+    return scene->pair ? scene->pair->finger_count : 1;
+}
 
-/* The servo of finger 0, or 1 where the scene has two. */
+/* The servo of a finger. */
 static inline struct haptable_servo* haptable_scene_servo(void* state, int finger) {
     return (struct haptable_servo*)state + finger;
 }

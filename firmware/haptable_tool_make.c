@@ -5,9 +5,9 @@
 #include "haptable_tool.h"
 
 void haptable_tool_scene_make(const struct haptable_model* model, const struct haptable_tool_model* tool,
-                              struct haptable_tool_scene* scene) {
+                              struct haptable_points_scene* scene) {
     haptable_scene_make(model, 0, 0, 0, &scene->scene);
-    scene->tool = tool;
+    scene->points = &tool->points;
     scene->scene.init = haptable_init_tool;
     scene->scene.step = haptable_step_tool;
     scene->scene.part = haptable_part_of_tool;

@@ -16,10 +16,6 @@
 
 static struct haptable_tool_state* state_of(void* state) { return (struct haptable_tool_state*)state; }
 
-static const struct haptable_tool_model* tool_of(const struct haptable_scene* scene) {
-    return ((const struct haptable_tool_scene*)scene)->tool; /* the scene is its first member */
-}
-
 /* ---- pose -------------------------------------------------------------------------------------------------------- */
 
 /* out = turn of v: v + 2 w (q x v) + 2 q x (q x v) */
@@ -65,14 +61,38 @@ static void turn_on(const float by[3], const float from[4], float to[4]) {
 
 /* ---- virtual coupling -------------------------------------------------------------------------------------------- */
 
+/* K = J^T C_TT^-1 J: the stiffness of the points that press, against a motion (d, theta) of the tool, its god-objects
+ * staying; J_i = (1, -[R r_i]). Lower half. */
+static void stiffness_of(const struct haptable_tool_model* tool, struct haptable_tool_state* state, float (*k)[6]) {
+    const struct haptable_points* points = &state->points;
+    float w[6][3 * HAPTABLE_POINTS]; /* L^-1 J by columns */
+    for (uint32_t a = 0; a < points->count; ++a) {
+        float r_m[3];
+        turned(state->turn, tool->point_m[points->order[a]], r_m);
+        for (uint32_t c = 0; c < 6u; ++c) {
+            float axis[3] = {0.0f, 0.0f, 0.0f};
+            axis[c % 3u] = 1.0f;
+            if (c < 3u)
+                vec_copy(axis, &w[c][3u * a]);
+            else
+                vec_cross(axis, r_m, &w[c][3u * a]);
+        }
+    }
+    for (uint32_t c = 0; c < 6u; ++c) {
+        haptable_points_forward(&tool->points, state, w[c]);
+        for (uint32_t other = 0; other <= c; ++other)
+            k[c][other] = haptable_points_dot(w[c], w[other], 3u * points->count);
+    }
+}
+
 /* The tool goes where coupling and contacts balance, its god-objects staying: (K + K_v) delta = K_v (hand - tool) -
  * load. One that touches nothing is at the hand. */
 static void follow_hand(const struct haptable_tool_model* tool, struct haptable_tool_state* state,
                         const float hand_m[3], const float turn[4]) {
     const float stiffness[2] = {tool->stiffness_n_per_m, tool->turn_stiffness_n_m_per_rad};
     float k[6][6], b[6], moved[6], way_m[3], by[3], next[4];
-    const struct haptable_tool_point* point = haptable_tool_points(tool, state);
-    if (!(stiffness[0] > 0.0f) || state->most == HAPTABLE_NONE || state->count == 0) {
+    const struct haptable_points* points = &state->points;
+    if (!(stiffness[0] > 0.0f) || state->most == HAPTABLE_NONE || points->count == 0) {
         vec_copy(hand_m, state->position_m);
         for (int i = 0; i < 4; ++i) state->turn[i] = turn[i];
         return;
@@ -83,14 +103,15 @@ static void follow_hand(const struct haptable_tool_model* tool, struct haptable_
         b[i] = stiffness[0] * way_m[i];
         b[3 + i] = stiffness[1] * by[i];
     }
-    for (uint32_t a = 0; a < state->count; ++a) {
-        const struct haptable_tool_point* at = &point[state->order[a]];
-        float moment[3];
-        vec_cross(at->r_m, at->load_n, moment);
-        vec_sub(&b[0], at->load_n, &b[0]);
+    for (uint32_t a = 0; a < points->count; ++a) {
+        const float* load_n = haptable_points_in(&tool->points, state)[points->order[a]].load_n;
+        float r_m[3], moment[3];
+        turned(state->turn, tool->point_m[points->order[a]], r_m);
+        vec_cross(r_m, load_n, moment);
+        vec_sub(&b[0], load_n, &b[0]);
         vec_sub(&b[3], moment, &b[3]);
     }
-    haptable_tool_stiffness(tool, state, k);
+    stiffness_of(tool, state, k);
     for (int i = 0; i < 6; ++i) k[i][i] += stiffness[i / 3];
     six_factor(k);
     six_solve((const float(*)[6])k, b, moved);
@@ -111,63 +132,32 @@ static void couple_wrench(const struct haptable_tool_model* tool, struct haptabl
 
 /* ---- points ------------------------------------------------------------------------------------------------------ */
 
-static void forget_point(struct haptable_tool_point* point) {
-    drop_contact(&point->servo);
-    point->is_inside = point->presses = point->is_known = 0;
-    point->raised_m = 0.0f;
-    vec_zero(point->load_n);
-}
-
 /* The hand has no pose, or none that is believed: no point knows where it was. */
 static void give_no_wrench(const struct haptable_tool_model* tool, struct haptable_tool_state* state,
                            struct haptable_tool_output* out) {
-    for (int i = 0; i < tool->point_count; ++i) forget_point(&haptable_tool_points(tool, state)[i]);
+    for (uint32_t i = 0; i < tool->points.count; ++i) {
+        drop_contact(&haptable_points_servos(&tool->points, state)[i]);
+        haptable_point_forget(&tool->points, state, i);
+    }
     state->tip.finger_known = 0;
-    state->energy_j = 0.0f;
+    state->points.energy_j = 0.0f;
+    state->points.count = 0;
     state->most = HAPTABLE_NONE;
-    state->count = 0;
     vec_zero(state->given_n_m);
     vec_zero(out->torque_n_m);
 }
 
-/* A contact's outward direction, length 1. */
-static void put_normal(const struct haptable_model* model, struct haptable_tool_point* point) {
-    haptable_side_outward(model, &point->servo.contact, point->normal);
-    vec_scale(haptable_side_inverse_length(point->normal), point->normal);
-}
-
-/* Where a point's nearest god-object has gone; with settle its load stays where it is. */
-static void see_contact(const struct haptable_tool_model* tool, struct haptable_tool_state* state,
-                        struct haptable_tool_point* point) {
-    const struct haptable_contact* nearest = &point->servo.contact;
-    const int was_inside = point->is_inside && point->met == point->servo.counters.contacts;
-    point->is_inside = nearest->patch != HAPTABLE_NONE;
-    if (!was_inside || !point->is_inside) {
-        point->presses = 0;
-        point->raised_m = 0.0f;
-        vec_zero(point->load_n);
-    }
-    if (!point->is_inside) {
-        point->is_known = 0;
-        return;
-    }
-    put_normal(&state->model, point);
-    if (was_inside && (tool->settle || gap2(nearest->god_object_m, point->at.god_object_m) == 0.0f)) return;
-    point->at = *nearest;
-    point->is_known = 0;
-}
-
 static void move_points(const struct haptable_tool_model* tool, struct haptable_tool_state* state) {
-    for (int i = 0; i < tool->point_count; ++i) {
-        struct haptable_tool_point* point = &haptable_tool_points(tool, state)[i];
+    for (uint32_t i = 0; i < tool->points.count; ++i) {
+        struct haptable_servo* servo = &haptable_points_servos(&tool->points, state)[i];
         float x_m[3], motion_m[3];
-        turned(state->turn, tool->point_m[i], point->r_m);
-        vec_add(state->position_m, point->r_m, x_m);
-        point->servo.position_us = state->hand.position_us;
-        ++point->servo.counters.ticks;
-        move(&state->model, &point->servo, x_m, motion_m);
-        see_contact(tool, state, point);
-        if (point->servo.gain < state->hand.gain) state->hand.gain = point->servo.gain; /* with resume */
+        turned(state->turn, tool->point_m[i], x_m);
+        vec_add(state->position_m, x_m, x_m);
+        servo->position_us = state->hand.position_us;
+        ++servo->counters.ticks;
+        move(&state->model, servo, x_m, motion_m);
+        haptable_point_see(&tool->points, state, i);
+        if (servo->gain < state->hand.gain) state->hand.gain = servo->gain; /* with resume */
     }
 }
 
@@ -179,13 +169,15 @@ static void put_wrench(const struct haptable_tool_model* tool, struct haptable_t
     state->most = HAPTABLE_NONE;
     vec_zero(state->force_n);
     vec_zero(state->moment_n_m);
-    for (int i = 0; i < tool->point_count; ++i) {
-        const struct haptable_tool_point* point = &haptable_tool_points(tool, state)[i];
-        float moment[3], load_n[3];
+    for (uint32_t i = 0; i < tool->points.count; ++i) {
+        const struct haptable_point* point = &haptable_points_in(&tool->points, state)[i];
+        const struct haptable_servo* servo = &haptable_points_servos(&tool->points, state)[i];
+        float r_m[3], moment[3], load_n[3];
         if (!point->presses) continue;
         vec_copy(point->load_n, load_n);
-        if (point->servo.fade_ticks != 0) fade_force(&point->servo, load_n);
-        vec_cross(point->r_m, load_n, moment);
+        if (servo->fade_ticks != 0) fade_force(servo, load_n);
+        turned(state->turn, tool->point_m[i], r_m);
+        vec_cross(r_m, load_n, moment);
         vec_sub(state->force_n, load_n, state->force_n);
         vec_sub(state->moment_n_m, moment, state->moment_n_m);
         if (state->most != HAPTABLE_NONE && !(vec_length2(load_n) > most2)) continue;
@@ -196,7 +188,7 @@ static void put_wrench(const struct haptable_tool_model* tool, struct haptable_t
     const int is_new = contact->patch == HAPTABLE_NONE;
     contact->patch = HAPTABLE_NONE;
     if (state->most == HAPTABLE_NONE) return;
-    *contact = haptable_tool_points(tool, state)[state->most].at;
+    *contact = haptable_points_in(&tool->points, state)[state->most].at;
     state->hand.counters.contacts += (uint32_t)is_new;
 }
 
@@ -205,10 +197,10 @@ void haptable_tool_force(const struct haptable_model* model, const struct haptab
     const struct haptable_tool_state* state =
         (const struct haptable_tool_state*)((const unsigned char*)model - offsetof(struct haptable_tool_state, model));
     const struct haptable_tool_model* tool = state->tool;
-    const struct haptable_tool_point* point =
-        (const struct haptable_tool_point*)((const unsigned char*)state + tool->points_at);
+    const struct haptable_point* point =
+        (const struct haptable_point*)((const unsigned char*)state + tool->points.points_at);
     (void)finger_m;
-    tool->pair->law->load(model, contact, point[state->most].load_n, nodal_force_n, force_n);
+    tool->points.pair->law->load(model, contact, point[state->most].load_n, nodal_force_n, force_n);
     vec_copy(state->force_n, force_n);
     if (!(vec_length2(state->moment_n_m) <= HAPTABLE_FORCE_LIMIT2)) vec_no_number(force_n); /* for the gate */
 }
@@ -325,7 +317,7 @@ static void put_pose(const struct haptable_tool_state* state, struct haptable_to
 
 void haptable_step_tool(const struct haptable_scene* scene, void* of, const struct haptable_input first[],
                         uint32_t now_us, struct haptable_output first_out[]) {
-    const struct haptable_tool_model* tool = tool_of(scene);
+    const struct haptable_tool_model* tool = haptable_tool_of(scene);
     const struct haptable_tool_input* in = (const struct haptable_tool_input*)first;
     struct haptable_tool_output* out = (struct haptable_tool_output*)first_out;
     struct haptable_tool_state* state = state_of(of);
@@ -347,12 +339,9 @@ void haptable_step_tool(const struct haptable_scene* scene, void* of, const stru
     vec_copy(in->hand.finger_m, hand->finger_m);
     hand->finger_known = state->tip.finger_known = 1;
     follow_hand(tool, state, in->hand.finger_m, turn);
-    state->sets = 0;
     raise_gain(state);
     move_points(tool, state);
-    haptable_tool_solve(tool, state, HAPTABLE_TOOL_SETS);
-    if (tool->settle) tool->settle(tool, state);
-    if (state->sets > state->most_sets) state->most_sets = state->sets;
+    haptable_points_tick(&tool->points, state);
     put_wrench(tool, state);
     couple_wrench(tool, state, in->hand.finger_m, turn);
     if (state->model.passivity) observe(tool, state, motion_m, turn_rad);
@@ -368,7 +357,7 @@ unsigned haptable_tool_watch(const struct haptable_scene* scene, void* state, ui
 }
 
 void haptable_init_tool(const struct haptable_scene* scene, void* of) {
-    const struct haptable_tool_model* tool = tool_of(scene);
+    const struct haptable_tool_model* tool = haptable_tool_of(scene);
     struct haptable_tool_state* state = state_of(of);
     haptable_servo_begin(&state->hand);
     haptable_servo_begin(&state->tip);
@@ -382,21 +371,24 @@ void haptable_init_tool(const struct haptable_scene* scene, void* of) {
     state->model.energy = 0;
     state->model.frictionless = 0;
     if (state->model.passivity) state->model.passivity = haptable_tool_brake;
-    for (int i = 0; i < tool->point_count; ++i) haptable_servo_begin(&haptable_tool_points(tool, state)[i].servo);
+    for (uint32_t i = 0; i < tool->points.count; ++i)
+        haptable_servo_begin(&haptable_points_servos(&tool->points, state)[i]);
 }
 
 void haptable_tool_point_of(const struct haptable_scene* scene, const void* of, int number,
                             struct haptable_output* out) {
-    const struct haptable_tool_model* tool = tool_of(scene);
-    const struct haptable_tool_point* point =
-        (const struct haptable_tool_point*)((const unsigned char*)of + tool->points_at) + number;
+    const struct haptable_tool_model* tool = haptable_tool_of(scene);
+    const struct haptable_servo* servo =
+        (const struct haptable_servo*)((const unsigned char*)of + tool->points.servos_at) + number;
+    const struct haptable_point* point =
+        (const struct haptable_point*)((const unsigned char*)of + tool->points.points_at) + number;
     put_nothing(HAPTABLE_FREE, out);
-    vec_copy(point->servo.finger_m, out->god_object_m);
+    vec_copy(servo->finger_m, out->god_object_m);
     if (!point->is_inside) return;
     out->state = HAPTABLE_CONTACT;
     out->patch = point->at.patch;
     vec_copy(point->at.alpha, out->alpha);
     vec_copy(point->at.god_object_m, out->god_object_m);
     for (int corner = 0; corner < 3; ++corner) out->vertex[corner] = scene->model->patch[point->at.patch][corner];
-    tool->pair->law->load(scene->model, &point->at, point->load_n, out->nodal_force_n, out->force_n);
+    tool->points.pair->law->load(scene->model, &point->at, point->load_n, out->nodal_force_n, out->force_n);
 }

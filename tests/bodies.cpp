@@ -186,6 +186,18 @@ Vector3d ElasticBody::normal(int patch) const {
     return (corner(patch, 1) - corner(patch, 0)).cross(corner(patch, 2) - corner(patch, 0)).normalized();
 }
 
+Eigen::Matrix3d ElasticBody::coupling(const haptable_contact& a, const haptable_contact& b) const {
+    const auto of = [](const haptable_contact& at) {
+        return Vector3d(double(at.alpha[0]), double(at.alpha[1]), double(at.alpha[2]));
+    };
+    const Eigen::VectorXd v = weights(a.patch, of(a)), w = weights(b.patch, of(b));
+    Eigen::Matrix3d c = Eigen::Matrix3d::Zero();
+    for (Eigen::Index i = 0; i < v.size(); ++i)
+        for (Eigen::Index j = 0; j < w.size(); ++j)
+            if (v[i] != 0.0 && w[j] != 0.0) c += v[i] * w[j] * compliance().block<3, 3>(3 * i, 3 * j);
+    return c;
+}
+
 Eigen::VectorXd ElasticBody::weights(int patch, const Vector3d& alpha) const {
     Eigen::VectorXd w = Eigen::VectorXd::Zero(Eigen::Index(servo_.free_count));
     const ComplianceTables& c = tables_.compliance;

@@ -69,6 +69,8 @@ public:
     int patches() const { return static_cast<int>(servo_.patch.size()); }
     /// The load's share of every touchable free node at a point: alpha of the patch, or the mask; [n].
     Eigen::VectorXd weights(int patch, const Eigen::Vector3d& alpha) const;
+    /// C between the places of two contacts, by the solves.
+    Eigen::Matrix3d coupling(const haptable_contact& a, const haptable_contact& b) const;
     /// C = sum w_a w_b L_ab from the solves.
     Eigen::Matrix3d compliance_at(int patch, const Eigen::Vector3d& alpha) const;
     /// The patch (from outside upwards) over x, y, and its area coordinates there. -1 where there is none.

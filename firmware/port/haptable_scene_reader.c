@@ -78,7 +78,7 @@ const struct haptable_pair_model* haptable_read_pair(struct haptable_scene_reade
     to->cross = to->place_count == 0 ? haptable_pair_cross_exact : haptable_pair_cross_clusters;
     to->blocks = to->place_count == 0 ? haptable_pair_blocks_exact : haptable_pair_blocks_clusters;
     to->span = haptable_span_of_pair;
-    return in->is_whole ? to : 0;
+    return in->is_whole && to->finger_count <= HAPTABLE_HANDS ? to : 0;
 }
 
 const struct haptable_body* haptable_read_body(struct haptable_scene_reader* in) {
@@ -101,40 +101,33 @@ const struct haptable_modes* haptable_read_modes(struct haptable_scene_reader* i
 static const struct haptable_tool_model* take_tool(struct haptable_scene_reader* in,
                                                    const struct haptable_pair_model* pair) {
     struct haptable_tool_model* to = &in->tool;
+    const uint32_t point_count = take_word(in);
     HAPTABLE_TOOL_FIELDS(TAKE_VALUE, TAKE_TABLE)
-    to->pair = pair;
-    to->couple = pair->place_count == 0 ? haptable_pair_couple_exact : haptable_pair_couple_clusters;
-    to->pull = pair->place_count == 0 ? haptable_pair_pull_exact : haptable_pair_pull_clusters;
-    to->settle = pair->model->energy || pair->model->frictionless ? haptable_tool_settle : 0;
+    haptable_points_model_make(pair, &to->points);
+    to->points.count = (uint16_t)point_count;
     to->span = haptable_span_of_tool;
-    haptable_tool_lay_out(to);
-    return in->is_whole && to->point_count <= HAPTABLE_POINTS ? to : 0;
+    haptable_tool_lay_out(&to->points);
+    return in->is_whole && point_count <= HAPTABLE_POINTS ? to : 0;
 }
 
-/* The parts but a tool's; tool: NULL where none may be. */
-static int read_parts(struct haptable_scene_reader* in, struct haptable_scene* scene,
-                      const struct haptable_tool_model** tool) {
+int haptable_read_scene(struct haptable_scene_reader* in, struct haptable_points_scene* scene) {
     const uint32_t parts = take_word(in);
     const struct haptable_model* model = haptable_read_model(in);
     const struct haptable_pair_model* pair = 0;
     const struct haptable_body* body = 0;
     const struct haptable_modes* modes = 0;
+    const struct haptable_tool_model* tool = 0;
     if (!model) return 0;
     if ((parts & HAPTABLE_PART_PAIR) != 0u && !(pair = haptable_read_pair(in, model))) return 0;
     if ((parts & HAPTABLE_PART_BODY) != 0u && !(body = haptable_read_body(in))) return 0;
     if ((parts & HAPTABLE_PART_MODES) != 0u && !(modes = haptable_read_modes(in))) return 0;
-    if ((parts & HAPTABLE_PART_TOOL) != 0u && !(tool && pair && (*tool = take_tool(in, pair)))) return 0;
-    haptable_scene_make(model, pair, body, modes, scene);
-    return 1;
-}
-
-int haptable_read_scene(struct haptable_scene_reader* in, struct haptable_scene* scene) {
-    return read_parts(in, scene, 0);
-}
-
-int haptable_read_tool_scene(struct haptable_scene_reader* in, struct haptable_tool_scene* scene) {
-    scene->tool = 0;
-    if (!read_parts(in, &scene->scene, &scene->tool)) return 0;
-    if (scene->tool) haptable_tool_scene_make(&in->model, scene->tool, scene);
+    if ((parts & HAPTABLE_PART_TOOL) != 0u && !(pair && (tool = take_tool(in, pair)))) return 0;
+    scene->points = 0;
+    if (tool)
+        haptable_tool_scene_make(model, tool, scene);
+    else if (pair && pair->finger_count > HAPTABLE_FINGERS)
+        haptable_hands_scene_make(pair, &in->hands, scene);
+    else
+        haptable_scene_make(model, pair, body, modes, &scene->scene);
     return 1;
 }

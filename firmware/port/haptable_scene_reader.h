@@ -6,7 +6,7 @@
 #ifndef HAPTABLE_SCENE_READER_H
 #define HAPTABLE_SCENE_READER_H
 
-#include "haptable_scene.h"
+#include "haptable_hands.h"
 #include "haptable_tool.h"
 
 /* Where the bytes come from, where the tables go, and what a scene points to. It outlives the scene. */
@@ -23,6 +23,7 @@ struct haptable_scene_reader {
     struct haptable_modes modes;
     struct haptable_compliance compliance;
     struct haptable_tool_model tool;
+    struct haptable_points_model hands;
 };
 
 /* The parts of a scene: each reads its bytes into the reader, and returns it, or NULL where the reader is not whole.
@@ -34,16 +35,13 @@ const struct haptable_body* haptable_read_body(struct haptable_scene_reader* rea
 const struct haptable_modes* haptable_read_modes(struct haptable_scene_reader* reader);
 
 /* A number that says which parts there are (enum haptable_scene_part), then the model and these. Returns 1, or 0 where
- * the reader is not whole; a tool with its scene is haptable_read_tool_scene's. */
+ * the reader is not whole. scene->points: of a tool, which has no pair, or of three fingers and more; else NULL. */
 enum haptable_scene_part {
     HAPTABLE_PART_PAIR = 1,
     HAPTABLE_PART_BODY = 2,
     HAPTABLE_PART_MODES = 4,
     HAPTABLE_PART_TOOL = 8
 };
-int haptable_read_scene(struct haptable_scene_reader* reader, struct haptable_scene* scene);
-
-/* The same, or model, coupling and tool: then scene->tool is not NULL. */
-int haptable_read_tool_scene(struct haptable_scene_reader* reader, struct haptable_tool_scene* scene);
+int haptable_read_scene(struct haptable_scene_reader* reader, struct haptable_points_scene* scene);
 
 #endif

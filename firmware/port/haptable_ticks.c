@@ -8,7 +8,7 @@
 #include "haptable_semihosting.h"
 
 #define POSITIONS 32 /* read at once: a call to the debugger costs more than a tick */
-#define RECORD_WORDS (11u * HAPTABLE_FINGERS + 7u + HAPTABLE_MODES)
+#define RECORD_WORDS (11u * HAPTABLE_HANDS + 7u + HAPTABLE_MODES)
 
 /* Records on their way out. */
 static struct {
@@ -51,15 +51,16 @@ __attribute__((noinline)) void haptable_port_count_end(void) { __asm volatile(""
 void haptable_ticks_replay(const struct haptable_scene* scene, void* state, int in, int out) {
     const uint32_t fingers = (uint32_t)haptable_scene_fingers(scene);
     float position_m[POSITIONS][3];
+    const uint32_t whole = (uint32_t)sizeof position_m[0] * (POSITIONS - POSITIONS % fingers);
     uint32_t now_us = 0;
     uint32_t bytes;
     records.file = out;
     haptable_init(scene, state);
     haptable_check(scene, state, HAPTABLE_CHECK_ALL);
-    while ((bytes = haptable_semihosting_read(in, position_m, sizeof position_m)) > 0) {
+    while ((bytes = haptable_semihosting_read(in, position_m, whole)) > 0) {
         for (uint32_t i = 0; i < bytes / sizeof position_m[0]; i += fingers, now_us += HAPTABLE_TICK_US) {
-            struct haptable_input finger[HAPTABLE_FINGERS];
-            struct haptable_output tick[HAPTABLE_FINGERS];
+            struct haptable_input finger[HAPTABLE_HANDS];
+            struct haptable_output tick[HAPTABLE_HANDS];
             for (uint32_t f = 0; f < fingers; ++f) {
                 for (int c = 0; c < 3; ++c) finger[f].finger_m[c] = position_m[i + f][c];
                 finger[f].buttons = 0;

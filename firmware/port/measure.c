@@ -11,10 +11,11 @@
 
 /* Where the tables go: those of two fingers in clusters on a body of 2,400 patches take a megabyte and more. */
 static uint32_t room[384u * 1024u];
-static struct haptable_tool_scene scene;
-/* As haptable_scene_make lays out the state of a scene that has everything; or a tool's. */
+static struct haptable_points_scene scene;
+/* As haptable_scene_make lays out the state of a scene that has everything; or a tool's, or hands'. */
 static union {
     struct haptable_tool_room tool;
+    struct haptable_hands_room hands;
     uint8_t bytes[sizeof(struct haptable_room) + sizeof(struct haptable_body_state) +
                   sizeof(struct haptable_modes_state) + sizeof(struct haptable_account) + 64];
     void* aligned;
@@ -69,8 +70,8 @@ int haptable_port_main(void) {
     const int status = haptable_semihosting_files(&in, &out);
     if (status != 0) return status;
     reader.from = &in;
-    if (!haptable_read_tool_scene(&reader, &scene)) return 65;
-    if (scene.tool)
+    if (!haptable_read_scene(&reader, &scene)) return 65;
+    if (scene.points && !scene.scene.pair)
         replay_tool(in, out);
     else
         haptable_ticks_replay(&scene.scene, &scene_state, in, out);

@@ -55,20 +55,20 @@ void add_vector(CommandLine& app, const std::string& name, Vector& value, const 
 }
 
 void add_path_options(CommandLine& app, Options& o) {
-    app.option("--path", o.path,
-               "where the hand goes: poke, drag, circle, lift, with a tool also roll and tilt, several with commas "
-               "between them, or FILE.csv (x,y,z, of two fingers x,y,z,x2,y2,z2, of a tool x,y,z,qw,qx,qy,qz, in "
-               "metres, one line a ms)")
+    app.option(
+           "--path", o.path,
+           "where the hand goes: poke, drag, circle, lift, with a tool also roll and tilt, several with commas "
+           "between them, or FILE.csv (x,y,z, of more fingers x,y,z,x2,y2,z2 and on, of a tool x,y,z,qw,qx,qy,qz, in "
+           "metres, one line a ms)")
         .show_default();
     add_vector(app, "--at", o.at_m,
                "m, where the surface is touched [the touchable surface nearest to its top's centre]");
     add_vector(app, "--direction", o.direction, "into the body [0,0,-1, or inwards where that is not under the top]");
-    app.option("--fingers", o.fingers,
-               "hands, of a scene with two fingers: 2, each on its side of the body, the path for both")
-        .range(1, 2)
+    app.option("--fingers", o.fingers, "hands, of a scene with as many fingers, around the body, the path for all")
+        .range(1, static_cast<int>(kFingers))
         .show_default();
-    app.option("--finger", o.finger, "which finger of the scene this device is; another device is the other")
-        .range(1, 2)
+    app.option("--finger", o.finger, "which finger of the scene this device is; other devices are the others")
+        .range(1, static_cast<int>(kFingers))
         .show_default();
     add_vector(app, "--at2", o.second_at_m, "m, where the second hand touches [the side opposite to the first's]");
     add_vector(app, "--direction2", o.second_direction, "into the body, of the second hand");
@@ -167,16 +167,19 @@ void choose_place(const Options& o, const std::optional<Touchable>& body, PathOp
                    text_of(geometry.direction));
 }
 
-/// Lets two hands pinch.
+/// Lets hands pinch.
 void choose_sides(const Options& o, const std::optional<Touchable>& body, std::vector<HandPlan>& hands) {
+    static const std::optional<Eigen::Vector3d> kNone;
     if (is_recorded(o)) return;
-    if (o.at_m.has_value() != o.second_at_m.has_value())
-        throw Error("--at and --at2: give both places, or neither, and the hands press from two sides");
-    std::array<TouchPlace, 2> places{};
-    if (!o.at_m) places = sides_of(*body);
+    if (o.at_m.has_value() != o.second_at_m.has_value() || (o.at_m && hands.size() > 2))
+        throw Error(
+            "--at and --at2: give the places of two hands, or neither, and the hands press from all sides; or name a "
+            "FILE.csv of positions");
+    std::vector<TouchPlace> places(hands.size());
+    if (!o.at_m) places = sides_of(*body, hands.size());
     for (HandPlan& hand : hands) {
         const auto& at_m = hand.finger == 0 ? o.at_m : o.second_at_m;
-        const auto& direction = hand.finger == 0 ? o.direction : o.second_direction;
+        const auto& direction = hand.finger == 0 ? o.direction : hand.finger == 1 ? o.second_direction : kNone;
         if (!at_m) hand.geometry.at_m = places[hand.finger].at_m;
         if (at_m) hand.geometry.at_m = *at_m;
         if (!at_m) hand.geometry.direction = places[hand.finger].direction;
@@ -194,11 +197,11 @@ std::unique_ptr<Path> make_path(const Options& o, const HandPlan& hand) {
     const std::vector<FingerTick> ticks = read_finger_ticks(o.path, Positions::finite);
     std::vector<FingerTick> its = ticks_of(ticks, hand.finger);
     // A path of one finger is any finger's.
-    const bool is_of_one = !ticks.empty() && !ticks.front().second_m;
+    const bool is_of_one = !ticks.empty() && ticks.front().others.empty();
     if (its.empty() && is_of_one && o.fingers == 1) its = ticks;
     if (its.empty() && !ticks.empty())
         throw Error(
-            fmt::format("{}: has no place of finger {}: its header is to be x,y,z,x2,y2,z2; or give --fingers 1",
+            fmt::format("{}: has no place of finger {}: its header is to be x,y,z,x2,y2,z2 and on; or give --fingers 1",
                         o.path, hand.finger + 1));
     return recorded_path(std::move(its));
 }
@@ -221,10 +224,10 @@ void find_tool(const Options& o, const Scene& scene, PathOptions& geometry) {
 std::vector<HandPlan> plan_hands(const Options& o, const std::optional<Touchable>& body) {
     std::vector<HandPlan> hands(static_cast<std::size_t>(o.fingers));
     for (std::size_t k = 0; k < hands.size(); ++k) {
-        hands[k].finger = o.fingers == 2 ? k : static_cast<std::size_t>(o.finger - 1);
+        hands[k].finger = o.fingers > 1 ? k : static_cast<std::size_t>(o.finger - 1);
         hands[k].geometry = o.geometry;
     }
-    if (o.fingers == 2)
+    if (o.fingers > 1)
         choose_sides(o, body, hands);
     else
         choose_place(o, body, hands[0].geometry);
@@ -263,8 +266,8 @@ std::unique_ptr<Driver> make_driver(const Options& o, const Scene& scene, const 
             PointDevice(device, hand_of(o), mapping.to_device(path.at(0.0).position_m)), path, mapping,
             presses_of(o.press));
     if (o.session.lockstep) throw Error("--lockstep: a real device does not wait: leave it out, or --driver");
-    if (o.fingers == 2)
-        throw Error("--fingers 2: is for simulated hands: start a haptable-device --finger 1 and one --finger 2");
+    if (o.fingers > 1)
+        throw Error("--fingers: is for simulated hands: start a haptable-device --finger 1, one --finger 2 and so on");
     DriverOptions real = o.real;
     real.max_force_n = device.max_force_n;
     return open_driver(o.driver, real);
@@ -305,7 +308,7 @@ struct HandAtWork {
     std::unique_ptr<DeviceSession> session;
 };
 
-/// The record of a hand; a second one's beside the first's: device_2.csv.
+/// The record of a hand; the others' beside the first's: device_2.csv.
 std::filesystem::path record_of(const Options& o, std::size_t hand) {
     std::filesystem::path first = o.csv;
     if (hand == 0) return first;
@@ -360,8 +363,10 @@ void run(Options& o) {
     o.session.map = scene.device_map;
     o.session.has_tool = scene.tool.has_value();
     find_tool(o, scene, o.geometry);
-    if (o.fingers == 2 && scene.contact.fingers == 1)
-        throw Error(scene.file.string() + ": has one finger: write fingers = 2 in [contact], or leave out --fingers");
+    if (std::max(o.fingers, o.finger) > scene.contact.fingers)
+        throw Error(fmt::format("{}: has {} of the {} fingers: write fingers = {} in [contact], or leave out --fingers",
+                                scene.file.string(), scene.contact.fingers, std::max(o.fingers, o.finger),
+                                std::max(o.fingers, o.finger)));
     const std::optional<Touchable> body = find_body(o, scene);
     if (body) o.session.model_hash = tables_hash_in(tables_folder(o, scene));
     const std::vector<HandPlan> hands = plan_hands(o, body);

@@ -262,11 +262,9 @@ std::unique_ptr<Path> scripted_path(const std::string& names, const PathOptions&
 std::vector<FingerTick> ticks_of(const std::vector<FingerTick>& ticks, std::size_t finger) {
     std::vector<FingerTick> its;
     for (const FingerTick& tick : ticks) {
-        if (finger == 0 ? tick.is_away : !tick.second_m || tick.is_second_away) continue;
+        if (finger >= tick.fingers() || tick.finger(finger).is_away) continue;
         its.push_back(tick);
-        if (finger == 0) continue;
-        its.back().position_m = *tick.second_m;
-        its.back().buttons = tick.second_buttons;
+        static_cast<FingerPlace&>(its.back()) = tick.finger(finger);
     }
     return its;
 }

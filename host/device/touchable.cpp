@@ -5,7 +5,9 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <cmath>
 #include <limits>
+#include <numbers>
 #include <optional>
 
 #include "host/base/error.hpp"
@@ -109,17 +111,19 @@ TouchPlace top_of(const Touchable& body) {
     return nearest_to(body, middle_m);
 }
 
-std::array<TouchPlace, 2> sides_of(const Touchable& body) {
+std::vector<TouchPlace> sides_of(const Touchable& body, std::size_t count) {
     const Eigen::AlignedBox3d box = box_of(body);
-    const Eigen::Index axis = box.sizes().x() <= box.sizes().y() ? 0 : 1;
-    std::array<TouchPlace, 2> places;
-    for (std::size_t side = 0; side < 2; ++side) {
-        const Vector3d in = (side == 0 ? 1.0 : -1.0) * Vector3d::Unit(axis);
-        Vector3d middle_m = box.center();
-        middle_m[axis] = side == 0 ? box.min()[axis] : box.max()[axis];
+    const double first = box.sizes().x() <= box.sizes().y() ? std::numbers::pi : -0.5 * std::numbers::pi;
+    std::vector<TouchPlace> places;
+    for (std::size_t side = 0; side < count; ++side) {
+        const double angle = first + 2.0 * std::numbers::pi * static_cast<double>(side) / static_cast<double>(count);
+        // A side's own middle to the last bit, where an angle is a right one.
+        const auto whole = [](double x) { return std::abs(x) < 1e-12 ? 0.0 : x; };
+        const Vector3d out(whole(std::cos(angle)), whole(std::sin(angle)), 0.0);
+        Vector3d middle_m = box.center() + 0.5 * box.sizes().cwiseProduct(out);
         middle_m.z() = box.min().z() + 2.0 / 3.0 * box.sizes().z();
-        places[side] = nearest_to(body, middle_m);
-        if (places[side].direction.dot(in) >= 0.5) places[side].direction = in;
+        places.push_back(nearest_to(body, middle_m));
+        if (places.back().direction.dot(-out) >= 0.5) places.back().direction = -out;
     }
     return places;
 }

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -35,10 +36,11 @@ struct TouchPlace {
 /// it meets no patch from outside, the point nearest to the middle of the box's top, pressed along the inner normal.
 TouchPlace top_of(const Touchable& body);
 
-/// Two places to pinch: of the sides along x or y, whichever is the shorter way through, each the touchable point
-/// nearest to the side's middle at two thirds of the height, so that what is lifted there hangs. Pressed towards one
-/// another; where a surface leans by more than 60 degrees, along its inner normal.
-std::array<TouchPlace, 2> sides_of(const Touchable& body);
+/// Places to pinch, around the body at two thirds of its height, so that what is lifted there hangs: the touchable
+/// points nearest to as many places on the ellipse that its box holds, the first of them on the side along x or y,
+/// whichever is the shorter way through. Pressed towards the middle; where a surface leans by more than 60 degrees,
+/// along its inner normal.
+std::vector<TouchPlace> sides_of(const Touchable& body, std::size_t count);
 
 /// "the touchable surface lies in (x y z) to (x y z) m".
 std::string where_it_is(const Touchable& body);

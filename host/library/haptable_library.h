@@ -4,7 +4,7 @@
  *
  *   object   the tables that haptable-precompute wrote: read once, then const; any number of fingers may touch it
  *   finger   one servo on an object, with a state of its own: one thread at a time
- *   fingers  two of them that feel one another's dents, of a scene with [contact] fingers = 2
+ *   fingers  two to eight of them that feel one another's dents, of a scene with [contact] fingers
  *   held     a rigid tool of many points that one hand holds, of a scene with [tool]
  *   touch    what one tick gives: force, nodes, god-object
  *   pose     where a body is that nothing holds ([body] free = true): each servo has one of its own, which its fingers
@@ -28,7 +28,7 @@ extern "C" {
 
 /* Version of this header. haptable_library_version() of a library that can be used is the same; the number changes
  * with the library's soname. */
-#define HAPTABLE_LIBRARY_VERSION 1
+#define HAPTABLE_LIBRARY_VERSION 2
 
 #define HAPTABLE_LIBRARY_API __attribute__((visibility("default")))
 
@@ -170,29 +170,28 @@ HAPTABLE_LIBRARY_API struct haptable_pose haptable_finger_pose(const struct hapt
  * rings nodal_force_n loads what is left of its compliance, and the modes move it besides (haptable_object_swing). */
 HAPTABLE_LIBRARY_API void haptable_finger_swung(const struct haptable_finger* finger, float* swung);
 
-/* ---- two fingers ---------------------------------------------------------------------------------------------- */
+/* ---- fingers -------------------------------------------------------------------------------------------------- */
 
-/* Fingers of the object's scene: 1 or 2. */
+/* Fingers of the object's scene: 1 to 8. */
 HAPTABLE_LIBRARY_API uint32_t haptable_object_fingers(const struct haptable_object* object);
 
-/* A servo for two fingers without contact, its tables checked. NULL where it fails, or the scene has one finger. */
+/* A servo for all of them without contact, its tables checked. NULL where it fails, or the scene has one finger. */
 HAPTABLE_LIBRARY_API struct haptable_fingers* haptable_fingers_new(const struct haptable_object* object);
 HAPTABLE_LIBRARY_API void haptable_fingers_free(struct haptable_fingers* fingers);
 
-/* One tick of both, as haptable_finger_step: touch[0], touch[1]. A finger whose position is NULL is away: it lets go,
- * and the other feels what a haptable_finger does; with both away a free body rests where it is. The load of both is
- * that of both touches: haptable_object_deform of each, added. */
-HAPTABLE_LIBRARY_API void haptable_fingers_step(struct haptable_fingers* fingers, const float first_m[3],
-                                                const float second_m[3], uint32_t now_us,
-                                                struct haptable_touch touch[2]);
+/* One tick of all, as haptable_finger_step. position_m, touch: of each finger; one whose position is NULL is away: it
+ * lets go, and one that is left alone feels what a haptable_finger does; with all away a free body rests where it is.
+ * The load is that of all touches: haptable_object_deform of each, added. */
+HAPTABLE_LIBRARY_API void haptable_fingers_step(struct haptable_fingers* fingers, const float* const position_m[],
+                                                uint32_t now_us, struct haptable_touch touch[]);
 
-/* As haptable_finger_buttons, of finger 0 or 1. */
+/* As haptable_finger_buttons, of a finger, 0 the first. */
 HAPTABLE_LIBRARY_API void haptable_fingers_buttons(struct haptable_fingers* fingers, uint32_t finger, uint32_t buttons);
 
-/* `count` ticks, one a millisecond from begin_us on: as many calls of haptable_fingers_step, touch[i] of tick i. */
-HAPTABLE_LIBRARY_API void haptable_fingers_replay(struct haptable_fingers* fingers, const float (*first_m)[3],
-                                                  const float (*second_m)[3], size_t count, uint32_t begin_us,
-                                                  struct haptable_touch (*touch)[2]);
+/* `count` ticks, one a millisecond from begin_us on: as many calls of haptable_fingers_step. position_m, touch: of each
+ * finger of the first tick, then of each of the second, count times as many as the scene has fingers. */
+HAPTABLE_LIBRARY_API void haptable_fingers_replay(struct haptable_fingers* fingers, const float (*position_m)[3],
+                                                  size_t count, uint32_t begin_us, struct haptable_touch touch[]);
 
 HAPTABLE_LIBRARY_API struct haptable_touch_energy haptable_fingers_energy(const struct haptable_fingers* fingers,
                                                                           uint32_t finger);

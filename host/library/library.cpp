@@ -162,8 +162,8 @@ Servo* begin(const haptable_object& object, const haptable_pair_model* pair,
 
 /// position_m, touch: of each finger; a position is null where the finger is away.
 void step(Touching& servo, const float* const position_m[], std::uint32_t now_us, haptable_touch touch[]) {
-    haptable_input in[HAPTABLE_FINGERS];
-    haptable_output out[HAPTABLE_FINGERS];
+    haptable_input in[HAPTABLE_HANDS]{};
+    haptable_output out[HAPTABLE_HANDS]{};
     for (std::size_t f = 0; f < servo.state.fingers(); ++f) in[f] = input_of(position_m[f], servo.buttons[f]);
     servo.state.step(in, now_us, out);
     for (std::size_t f = 0; f < servo.state.fingers(); ++f) {
@@ -307,7 +307,8 @@ int haptable_object_is_free(const haptable_object* object) {
 
 std::uint32_t haptable_object_fingers(const haptable_object* object) {
     if (lacks(__func__, {object})) return 0;
-    return object->loaded->scene().pair() != nullptr ? 2 : 1;
+    const haptable_pair_model* const pair = object->loaded->scene().pair();
+    return pair != nullptr ? pair->finger_count : 1;
 }
 
 haptable_fingers* haptable_fingers_new(const haptable_object* object) {
@@ -322,27 +323,30 @@ haptable_fingers* haptable_fingers_new(const haptable_object* object) {
 
 void haptable_fingers_free(haptable_fingers* fingers) { delete fingers; }
 
-void haptable_fingers_step(haptable_fingers* fingers, const float first_m[3], const float second_m[3],
-                           std::uint32_t now_us, haptable_touch touch[2]) {
-    if (lacks(__func__, {fingers, touch})) return;
-    const float* position_m[HAPTABLE_FINGERS] = {first_m, second_m};
+void haptable_fingers_step(haptable_fingers* fingers, const float* const position_m[], std::uint32_t now_us,
+                           haptable_touch touch[]) {
+    if (lacks(__func__, {fingers, position_m, touch})) return;
     haptable::step(*fingers, position_m, now_us, touch);
 }
 
 void haptable_fingers_buttons(haptable_fingers* fingers, std::uint32_t finger, std::uint32_t buttons) {
-    if (!lacks(__func__, {fingers}) && finger < HAPTABLE_FINGERS) fingers->buttons[finger] = buttons;
+    if (!lacks(__func__, {fingers}) && finger < fingers->state.fingers()) fingers->buttons[finger] = buttons;
 }
 
-void haptable_fingers_replay(haptable_fingers* fingers, const float (*first_m)[3], const float (*second_m)[3],
-                             std::size_t count, std::uint32_t begin_us, haptable_touch (*touch)[2]) {
-    if (count > 0 && lacks(__func__, {fingers, first_m, second_m, touch})) return;
-    for (std::size_t i = 0; i < count; ++i)
-        haptable_fingers_step(fingers, first_m[i], second_m[i],
-                              begin_us + static_cast<std::uint32_t>(i) * HAPTABLE_TICK_US, touch[i]);
+void haptable_fingers_replay(haptable_fingers* fingers, const float (*position_m)[3], std::size_t count,
+                             std::uint32_t begin_us, haptable_touch touch[]) {
+    if (count > 0 && lacks(__func__, {fingers, position_m, touch})) return;
+    const std::size_t of_tick = count > 0 ? fingers->state.fingers() : 0;
+    for (std::size_t i = 0; i < count; ++i) {
+        const float* each_m[HAPTABLE_HANDS]{};
+        for (std::size_t f = 0; f < of_tick; ++f) each_m[f] = position_m[of_tick * i + f];
+        haptable::step(*fingers, each_m, begin_us + static_cast<std::uint32_t>(i) * HAPTABLE_TICK_US,
+                       touch + of_tick * i);
+    }
 }
 
 haptable_touch_energy haptable_fingers_energy(const haptable_fingers* fingers, std::uint32_t finger) {
-    if (lacks(__func__, {fingers}) || finger >= HAPTABLE_FINGERS) return {};
+    if (lacks(__func__, {fingers}) || finger >= fingers->state.fingers()) return {};
     return haptable::to_energy(fingers->energy[finger]);
 }
 
@@ -356,7 +360,7 @@ haptable_pose haptable_fingers_pose(const haptable_fingers* fingers) {
 
 std::uint32_t haptable_fingers_counter(const haptable_fingers* fingers, std::uint32_t finger, std::uint32_t counter) {
     if (lacks(__func__, {fingers})) return 0;
-    return finger < HAPTABLE_FINGERS ? haptable::counter_of(fingers->state.servo(finger).counters, counter) : 0;
+    return finger < fingers->state.fingers() ? haptable::counter_of(fingers->state.servo(finger).counters, counter) : 0;
 }
 
 std::uint32_t haptable_library_counters(void) { return static_cast<std::uint32_t>(std::size(haptable::kCounter)); }
@@ -373,7 +377,7 @@ std::uint32_t haptable_finger_counter(const haptable_finger* finger, std::uint32
 std::uint32_t haptable_object_points(const haptable_object* object) {
     if (lacks(__func__, {object})) return 0;
     const haptable_tool_model* const tool = object->loaded->scene().tool();
-    return tool != nullptr ? tool->point_count : 0;
+    return tool != nullptr ? tool->points.count : 0;
 }
 
 void haptable_object_tool(const haptable_object* object, float (*point_m)[3]) {
@@ -419,7 +423,7 @@ void haptable_held_replay(haptable_held* held, const float (*position_m)[3], con
 int haptable_held_point(const haptable_held* held, std::uint32_t point, haptable_touch* touch) {
     if (lacks(__func__, {held, touch})) return -1;
     return guarded(-1, [&] {
-        if (point >= held->state.tool()->point_count)
+        if (point >= held->state.tool()->points.count)
             throw haptable::Error("there is no point " + std::to_string(point) + " of the tool");
         *touch = haptable::to_touch(*held->loaded, held->state.point(point));
         return 0;

@@ -60,8 +60,8 @@ private:
 struct Touching {
     std::shared_ptr<const LoadedObject> loaded;
     SceneState state;
-    std::array<EnergyAccount, HAPTABLE_FINGERS> energy{};
-    std::array<std::uint32_t, HAPTABLE_FINGERS> buttons{};  ///< held down
+    std::array<EnergyAccount, HAPTABLE_HANDS> energy{};
+    std::array<std::uint32_t, HAPTABLE_HANDS> buttons{};  ///< held down
 };
 
 }  // namespace haptable

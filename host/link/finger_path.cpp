@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "host/link/finger_path.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -10,6 +12,7 @@
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/text.hpp"
+#include "host/link/messages.hpp"
 
 namespace haptable {
 
@@ -63,72 +66,105 @@ constexpr int kSilent = 0;  // HAPTABLE_SILENT
 
 /// In which columns what stands; none: -1.
 struct Columns {
+    struct Finger {
+        std::size_t position = 0;
+        std::ptrdiff_t buttons = -1, state = -1;
+    };
+
     std::size_t count = 0;  ///< 0: the header is not one of a finger path
-    std::size_t position = 0;
-    std::ptrdiff_t buttons = -1, number = -1;
-    std::ptrdiff_t second = -1, second_buttons = -1;  ///< of a second finger
-    std::ptrdiff_t state = -1, second_state = -1;     ///< where there are two
-    std::ptrdiff_t turn = -1;                         ///< of a tool
+    std::vector<Finger> finger;
+    std::ptrdiff_t number = -1;
+    std::ptrdiff_t turn = -1;  ///< of a tool
 };
 
-/// `header` without blanks.
-Columns columns_of(const std::string& header) {
-    if (header == "x,y,z") return {3, 0, -1, -1};
-    if (header == "x,y,z,buttons") return {4, 0, 3, -1};
-    if (header == "x,y,z,qw,qx,qy,qz") return {.count = 7, .turn = 3};
-    if (header == "x,y,z,qw,qx,qy,qz,buttons") return {.count = 8, .buttons = 7, .turn = 3};
-    if (header == "x,y,z,x2,y2,z2") return {6, 0, -1, -1, 3, -1};
-    if (header == "x,y,z,x2,y2,z2,buttons,buttons2") return {8, 0, 6, -1, 3, 7};
-    if (!header.starts_with("tick,x,y,z,contact,")) return {};
+/// "" of the first, "2" of the second.
+std::string suffix_of(std::size_t finger) { return finger == 0 ? "" : std::to_string(finger + 1); }
+
+/// Fingers beside one another, then the buttons of each; of a tool its turn between them.
+std::string header_of(std::size_t fingers, bool has_turn, bool has_buttons) {
+    std::string header;
+    for (std::size_t i = 0; i < fingers; ++i)
+        for (const char* axis : {"x", "y", "z"}) header += (header.empty() ? "" : ",") + (axis + suffix_of(i));
+    if (has_turn) header += ",qw,qx,qy,qz";
+    for (std::size_t i = 0; has_buttons && i < fingers; ++i) header += ",buttons" + suffix_of(i);
+    return header;
+}
+
+/// Of a servo's CSV.
+Columns columns_of_servo(const std::string& header) {
     const std::vector<std::string> names = split(header, ',');
-    const auto place = [&](const char* name) -> std::ptrdiff_t {
+    const auto place = [&](const std::string& name) -> std::ptrdiff_t {
         const auto found = std::find(names.begin(), names.end(), name);
         return found != names.end() ? found - names.begin() : -1;
     };
-    const std::ptrdiff_t second = place("x2"), turn = place("qw");
-    if (second + 3 > std::ssize(names) || turn + 4 > std::ssize(names)) return {};
-    if (second < 0)
-        return {.count = names.size(), .position = 1, .buttons = place("buttons"), .number = 0, .turn = turn};
-    return {names.size(), 1, place("buttons"), 0, second, place("buttons2"), place("state"), place("state2")};
+    Columns columns{names.size(), {{1, place("buttons")}}, 0, place("qw")};
+    if (columns.turn + 4 > std::ssize(names)) return {};
+    for (std::size_t i = 1; i < kFingers; ++i) {
+        const std::ptrdiff_t x = place("x" + suffix_of(i));
+        if (x < 0) break;
+        if (x + 3 > std::ssize(names)) return {};
+        columns.finger.push_back(
+            {static_cast<std::size_t>(x), place("buttons" + suffix_of(i)), place("state" + suffix_of(i))});
+    }
+    // A finger of its own is never away: where it is silent the line says so by its position.
+    if (columns.finger.size() > 1) columns.finger[0].state = place("state");
+    return columns;
+}
+
+/// `header` without blanks.
+Columns columns_of(const std::string& header) {
+    if (header.starts_with("tick,x,y,z,contact,")) return columns_of_servo(header);
+    for (std::size_t fingers = 1; fingers <= kFingers; ++fingers)
+        for (const bool has_turn : {false, true})
+            for (const bool has_buttons : {false, true}) {
+                if ((has_turn && fingers > 1) || header != header_of(fingers, has_turn, has_buttons)) continue;
+                const std::size_t buttons = 3 * fingers + (has_turn ? 4 : 0);
+                Columns columns;
+                columns.count = buttons + (has_buttons ? fingers : 0);
+                columns.turn = has_turn ? 3 : -1;
+                for (std::size_t i = 0; i < fingers; ++i)
+                    columns.finger.push_back({3 * i, has_buttons ? static_cast<std::ptrdiff_t>(buttons + i) : -1});
+                return columns;
+            }
+    return {};
 }
 
 /// False unless there is exactly what belongs there.
 bool to_tick(std::string_view line, const Columns& columns, FingerTick& tick) {
     const std::vector<std::string> fields = split(line, ',');
     if (fields.size() != columns.count) return false;
-    const auto is_position = [&](std::size_t first, std::array<double, 3>& position_m) {
-        return to_number(fields[first], position_m[0]) && to_number(fields[first + 1], position_m[1]) &&
-               to_number(fields[first + 2], position_m[2]);
+    const auto is_there = [&](std::ptrdiff_t column, auto& value) {
+        return column < 0 || read_number(trimmed(fields[static_cast<std::size_t>(column)]), value);
     };
-    if (!is_position(columns.position, tick.position_m)) return false;
-    if (columns.second >= 0 && !is_position(static_cast<std::size_t>(columns.second), tick.second_m.emplace()))
-        return false;
+    const auto is_finger = [&](const Columns::Finger& at, FingerPlace& finger) {
+        int state = -1;
+        for (std::size_t c = 0; c < 3; ++c)
+            if (!to_number(fields[at.position + c], finger.position_m[c])) return false;
+        if (!is_there(at.buttons, finger.buttons) || !is_there(at.state, state)) return false;
+        finger.is_away = state == kSilent;
+        return true;
+    };
+    tick.others.resize(columns.finger.size() - 1);
+    for (std::size_t i = 0; i < columns.finger.size(); ++i)
+        if (!is_finger(columns.finger[i], i == 0 ? static_cast<FingerPlace&>(tick) : tick.others[i - 1])) return false;
     for (std::size_t c = 0; columns.turn >= 0 && c < 4; ++c)
         if (!to_number(fields[static_cast<std::size_t>(columns.turn) + c],
                        (c == 0 ? tick.turn.emplace() : *tick.turn)[c]))
             return false;
-    const auto is_there = [&](std::ptrdiff_t column, auto& value) {
-        return column < 0 || read_number(trimmed(fields[static_cast<std::size_t>(column)]), value);
-    };
-    int state = -1, second_state = -1;
-    const bool is_whole = is_there(columns.buttons, tick.buttons) && is_there(columns.number, tick.number) &&
-                          is_there(columns.second_buttons, tick.second_buttons) && is_there(columns.state, state) &&
-                          is_there(columns.second_state, second_state);
-    tick.is_away = state == kSilent;
-    tick.is_second_away = second_state == kSilent;
-    return is_whole;
+    return is_there(columns.number, tick.number);
 }
 
 std::string wanted_in(const Columns& columns) {
     if (columns.number >= 0) return "a line of a servo's CSV";
-    if (columns.second >= 0)
-        return columns.buttons >= 0 ? "six numbers x,y,z,x2,y2,z2 in metres and the buttons' bits of both"
-                                    : "six numbers x,y,z,x2,y2,z2 in metres";
+    const std::size_t fingers = columns.finger.size();
+    const bool has_buttons = columns.finger[0].buttons >= 0;
     if (columns.turn >= 0)
-        return columns.buttons >= 0 ? "x,y,z in metres, a quaternion qw,qx,qy,qz and the buttons' bits"
-                                    : "x,y,z in metres and a quaternion qw,qx,qy,qz";
-    return columns.buttons >= 0 ? "three numbers x,y,z in metres and the buttons' bits"
-                                : "three numbers x,y,z in metres";
+        return has_buttons ? "x,y,z in metres, a quaternion qw,qx,qy,qz and the buttons' bits"
+                           : "x,y,z in metres and a quaternion qw,qx,qy,qz";
+    if (fingers == 1)
+        return has_buttons ? "three numbers x,y,z in metres and the buttons' bits" : "three numbers x,y,z in metres";
+    return fmt::format("{} numbers {} in metres{}", 3 * fingers, header_of(fingers, false, false),
+                       has_buttons ? " and the buttons' bits of each" : "");
 }
 
 bool is_finite(const std::array<double, 3>& position_m) {
@@ -172,15 +208,17 @@ std::vector<FingerTick> read_finger_ticks(const std::filesystem::path& file, Pos
     if (columns.count == 0)
         fail(file, 1,
              "the header is " + excerpt(line) +
-                 ": a finger path begins with the line x,y,z, or x,y,z,buttons, or of two fingers "
-                 "x,y,z,x2,y2,z2, of a tool x,y,z,qw,qx,qy,qz, or as a servo's CSV does");
+                 ": a finger path begins with the line x,y,z, or x,y,z,buttons, or of more fingers "
+                 "x,y,z,x2,y2,z2 and on, of a tool x,y,z,qw,qx,qy,qz, or as a servo's CSV does");
     std::vector<FingerTick> path;
     while (!lines.only_blank_left() && lines.next(line)) {
         FingerTick tick;
         if (!to_tick(line, columns, tick))
             fail(file, lines.number(), excerpt(line) + " is not " + wanted_in(columns) + ": mend or remove the line");
-        if (allowed == Positions::finite && !((tick.is_away || is_finite(tick.position_m)) &&
-                                              (!tick.second_m || tick.is_second_away || is_finite(*tick.second_m))))
+        bool is_all_finite = true;
+        for (std::size_t i = 0; i < tick.fingers(); ++i)
+            is_all_finite &= tick.finger(i).is_away || is_finite(tick.finger(i).position_m);
+        if (allowed == Positions::finite && !is_all_finite)
             fail(file, lines.number(), excerpt(line) + " is not finite: a hand cannot go there");
         if (allowed == Positions::finite && tick.turn && !is_rotation(*tick.turn))
             fail(file, lines.number(), excerpt(line) + " has a quaternion qw,qx,qy,qz that is not of length 1");

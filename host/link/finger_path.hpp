@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// A finger path: a CSV file with the header x,y,z, or x,y,z,buttons, and one position in metres a tick; of two fingers
-// x,y,z,x2,y2,z2, or with ,buttons,buttons2; of a tool x,y,z,qw,qx,qy,qz, or with ,buttons; or a servo's own CSV, for
-// these.
+// A finger path: a CSV file with the header x,y,z, or x,y,z,buttons, and one position in metres a tick; of more fingers
+// x,y,z,x2,y2,z2,..., or with ,buttons,buttons2,... behind; of a tool x,y,z,qw,qx,qy,qz, or with ,buttons; or a servo's
+// own CSV, for these.
 #pragma once
 
 #include <array>
@@ -18,15 +18,21 @@ enum class Positions {
     finite  ///< numbers only: a hand cannot follow anything else
 };
 
-/// One line of a path.
-struct FingerTick {
+/// A finger in a line of a path.
+struct FingerPlace {
     std::array<double, 3> position_m{};
-    std::uint32_t buttons = 0;                           ///< held down: bits of enum haptable_button
-    std::int64_t number = -1;                            ///< of a servo's CSV its tick, else -1
-    std::optional<std::array<double, 4>> turn = {};      ///< of a tool, from its axes to the world's: w x y z
-    std::optional<std::array<double, 3>> second_m = {};  ///< of a second finger
-    std::uint32_t second_buttons = 0;
-    bool is_away = false, is_second_away = false;  ///< of a servo's CSV of two: without a device, or silent
+    std::uint32_t buttons = 0;  ///< held down: bits of enum haptable_button
+    bool is_away = false;       ///< of a servo's CSV of several: without a device, or silent
+};
+
+/// One line of a path.
+struct FingerTick : FingerPlace {
+    std::int64_t number = -1;                        ///< of a servo's CSV its tick, else -1
+    std::optional<std::array<double, 4>> turn = {};  ///< of a tool, from its axes to the world's: w x y z
+    std::vector<FingerPlace> others = {};            ///< fingers 2 and on
+
+    std::size_t fingers() const { return 1 + others.size(); }
+    const FingerPlace& finger(std::size_t i) const { return i == 0 ? *this : others[i - 1]; }
 };
 
 /// Reads a path. Throws Error "FILE:LINE: ..." for a wrong header, a row that does not have its numbers, and, with

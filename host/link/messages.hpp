@@ -17,10 +17,10 @@
 
 namespace haptable {
 
-inline constexpr std::size_t kFingers = 2;  ///< the most of a scene
+inline constexpr std::size_t kFingers = 8;  ///< the most of a scene
 
-/// What names of a second finger's counters and columns end with.
-inline constexpr std::array<const char*, kFingers> kFingerSuffix{"", "_2"};
+/// What names of a finger's counters and columns end with.
+inline constexpr std::array<const char*, kFingers> kFingerSuffix{"", "_2", "_3", "_4", "_5", "_6", "_7", "_8"};
 
 enum class Sender { device, servo };
 
@@ -29,18 +29,20 @@ template <typename Message>
 struct Sent;
 
 // NOLINTBEGIN(bugprone-macro-parentheses): names of types
-#define HAPTABLE_SENT(channel, type, sender, fingers)                                 \
-    template <>                                                                       \
-    struct Sent<type> {                                                               \
-        static constexpr Sender kSender = Sender::sender;                             \
-        static constexpr std::size_t kChannelCount = fingers;                         \
-        static constexpr const char* kChannels[kFingers] = {#channel, #channel "_2"}; \
+#define HAPTABLE_SENT(channel, type, sender, fingers)                    \
+    template <>                                                          \
+    struct Sent<type> {                                                  \
+        static constexpr Sender kSender = Sender::sender;                \
+        static constexpr std::size_t kChannelCount = (fingers);          \
+        static constexpr const char* kChannels[kFingers] = {             \
+            #channel,      #channel "_2", #channel "_3", #channel "_4",  \
+            #channel "_5", #channel "_6", #channel "_7", #channel "_8"}; \
     };
 // NOLINTEND(bugprone-macro-parentheses)
 HAPTABLE_MESSAGES(HAPTABLE_SENT)
 #undef HAPTABLE_SENT
 
-/// finger: 0 or 1, of a message that each finger has; else 0.
+/// finger: 0 to kFingers - 1, of a message that each finger has; else 0.
 template <typename Message>
 constexpr const char* channel_of(std::size_t finger = 0) {
     return Sent<Message>::kChannels[finger];

@@ -30,8 +30,11 @@ PageMode mode_of(const SceneFiles& files) {
                   "",
                   ""};
     if (scene.servo_modes() != nullptr) mode.body_modes = modes_bytes(*scene.servo_modes());
-    if (scene.servo_pair() != nullptr)
-        mode.coupling = coupling_bytes(pair_in_memory(*scene.servo_pair(), unlimited, model));
+    if (scene.servo_pair() != nullptr) {
+        ServoPair pair = *scene.servo_pair();
+        pair.finger_count = HAPTABLE_FINGERS;  // of more, a page has two
+        mode.coupling = coupling_bytes(pair_in_memory(pair, unlimited, model));
+    }
     return mode;
 }
 

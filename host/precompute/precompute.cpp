@@ -64,7 +64,7 @@ int threads_of(const PrecomputeOptions& options) {
 }
 
 /// Two places of the body are loaded at once.
-bool is_coupled(const Scene& scene) { return scene.contact.fingers == 2 || scene.tool; }
+bool is_coupled(const Scene& scene) { return scene.contact.fingers > 1 || scene.tool; }
 
 /// The mesh, and what of it is fixed and touched.
 Body read_body(const Scene& scene, Progress& progress) {

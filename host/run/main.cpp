@@ -13,6 +13,7 @@
 #include "host/base/program.hpp"
 #include "host/base/shell.hpp"
 #include "host/base/summary_lines.hpp"
+#include "host/link/messages.hpp"
 #include "host/link/text_file.hpp"
 #include "host/run/page.hpp"
 #include "host/run/plots.hpp"
@@ -45,7 +46,8 @@ void add_options(CommandLine& app, Options& o) {
     app.option("--device", o.device, "as of haptable-device");
     app.option("--fault", o.fault, "as of haptable-device");
     app.option("--seed", o.seed, "as of haptable-device");
-    app.option("--fingers", o.fingers, "hands of the device [as many as the scene has]").range(1, 2);
+    app.option("--fingers", o.fingers, "hands of the device [as many as the scene has]")
+        .range(1, static_cast<int>(kFingers));
     app.flag("--lockstep", o.lockstep, "as of haptable-device");
     app.option("--target", o.run.target,
                "the servo on a microcontroller in QEMU: cortex-m4, cortex-m7, cortex-m33, rv32");
@@ -66,7 +68,7 @@ std::vector<std::string> device_words(const Options& o) {
     add("--device", o.device);
     add("--fault", o.fault);
     add("--seed", o.seed);
-    if (o.fingers == 2) add("--fingers", "2");
+    if (o.fingers > 1) add("--fingers", std::to_string(o.fingers));
     if (o.seconds > 0.0) add("--seconds", fmt::format("{:.9g}", o.seconds));
     if (o.lockstep) words.emplace_back("--lockstep");
     words.insert(words.end(), o.more.begin(), o.more.end());
@@ -79,9 +81,10 @@ void check(const Options& o) {
     throw Error("--draw: \"" + o.draw + "\" is none of pictures, film, nothing, live");
 }
 
-constexpr std::array kWritten{"session.lcmlog", "servo.csv",   "device.csv",   "device_2.csv",
-                              "session.csv",    "report.html", "summary.json", "servo.json",
-                              "device.json",    "session.mp4", "to-target",    "from-target"};
+constexpr std::array kWritten{"session.lcmlog", "servo.csv",    "device.csv",   "device_2.csv", "device_3.csv",
+                              "device_4.csv",   "device_5.csv", "device_6.csv", "device_7.csv", "device_8.csv",
+                              "session.csv",    "report.html",  "summary.json", "servo.json",   "device.json",
+                              "session.mp4",    "to-target",    "from-target"};
 
 /// What earlier sessions left goes; the folder's own pictures are the viewer's.
 void clear(OwnFolder& folder) {

@@ -44,18 +44,20 @@ Points over_ticks(const std::vector<Tick>& ticks, const Value& value) {
     return points;
 }
 
-/// A curve of the first finger, and behind it of a second one where there is one.
+/// A curve of the first finger, and behind it of each other where there are more.
 std::vector<Curve> of_each(const Timeline& timeline, const std::string& name, const Value& value) {
-    if (timeline.second.empty()) return {{name, over_ticks(timeline.ticks, value)}};
-    return {{name + ", finger 1", over_ticks(timeline.ticks, value)},
-            {name + ", finger 2", over_ticks(timeline.second, value)}};
+    if (timeline.others.empty()) return {{name, over_ticks(timeline.ticks, value)}};
+    std::vector<Curve> curves{{name + ", finger 1", over_ticks(timeline.ticks, value)}};
+    for (std::size_t i = 0; i < timeline.others.size(); ++i)
+        curves.push_back({fmt::format("{}, finger {}", name, i + 2), over_ticks(timeline.others[i], value)});
+    return curves;
 }
 
-/// Size and components for one finger, the sizes for two.
+/// Size and components for one finger, the sizes for more.
 std::vector<Curve> force_curves(const Timeline& timeline) {
     std::vector<Curve> curves = of_each(timeline, "size", [](const Tick& t) { return t.force_size_n(); });
     constexpr std::array kAxes{"x", "y", "z"};
-    for (std::size_t a = 0; timeline.second.empty() && a < 3; ++a)
+    for (std::size_t a = 0; timeline.others.empty() && a < 3; ++a)
         curves.push_back({kAxes[a], over_ticks(timeline.ticks, [a](const Tick& t) { return t.force_n[a]; })});
     return curves;
 }
@@ -84,8 +86,9 @@ Points unanswered(const std::vector<Tick>& ticks) {
 /// The servo's counters that say that something went wrong, where any did, and the states without an answer.
 std::vector<Curve> fault_curves(const Timeline& timeline) {
     std::vector<Curve> curves{{"states without an answer", unanswered(timeline.ticks), true}};
-    if (!timeline.second.empty())
-        curves.push_back({"states of finger 2 without an answer", unanswered(timeline.second), true});
+    for (std::size_t i = 0; i < timeline.others.size(); ++i)
+        curves.push_back(
+            {fmt::format("states of finger {} without an answer", i + 2), unanswered(timeline.others[i]), true});
     if (timeline.statuses.empty()) return curves;
     for (const auto& [name, last] : timeline.statuses.back().counters)
         if (is_fault(name) && last != 0) curves.push_back({name, over_statuses(timeline, name), true});

@@ -90,7 +90,8 @@ std::string Recorder::line(Side& side) const {
 
 std::string Recorder::line() {
     std::string both = line(side_[0]);
-    if (side_[1].states > 0) both += "  |  " + line(side_[1]);
+    for (std::size_t finger = 1; finger < kFingers; ++finger)
+        if (side_[finger].states > 0) both += "  |  " + line(side_[finger]);
     return both + grown_faults();
 }
 

@@ -88,7 +88,7 @@ private:
     /// full. None where the servo did not say.
     std::optional<std::int64_t> unrecorded(const Timeline& timeline) const {
         const auto servo = parse_json_or_discard(outcome_.servo_summary);
-        if (!servo.is_object() || !servo.contains("ticks") || !timeline.second.empty()) return std::nullopt;
+        if (!servo.is_object() || !servo.contains("ticks") || !timeline.others.empty()) return std::nullopt;
         const auto answered =
             std::count_if(timeline.ticks.begin(), timeline.ticks.end(), [](const Tick& tick) { return tick.answered; });
         return servo["ticks"].get<std::int64_t>() - answered;
@@ -101,9 +101,10 @@ private:
         summary.add("servo_on", o_.target.empty() ? "host" : o_.target);
         summary.add("ticks", static_cast<std::int64_t>(timeline.ticks.size()));
         add_finger(timeline.ticks, kFingerSuffix[0], summary);
-        if (!timeline.second.empty()) {
-            summary.add("ticks_2", static_cast<std::int64_t>(timeline.second.size()));
-            add_finger(timeline.second, kFingerSuffix[1], summary);
+        for (std::size_t i = 0; i < timeline.others.size(); ++i) {
+            const std::string suffix = kFingerSuffix[i + 1];
+            summary.add("ticks" + suffix, static_cast<std::int64_t>(timeline.others[i].size()));
+            add_finger(timeline.others[i], suffix, summary);
         }
         if (const std::string where = never_met(); !where.empty()) summary.add("never_met", where);
         summary.add("damaged_messages", timeline.damaged);
@@ -155,7 +156,7 @@ private:
                  {"session.csv", "the same as a table, one line a state"},
                  {"servo.csv", "the servo's own record: servo --replay takes it"},
                  {"device.csv", "the device's own record"},
-                 {"device_2.csv", "the same of the second hand"},
+                 {"device_2.csv", "the same of the second hand; device_3.csv of the third, and on"},
                  {"summary.json", "the first table, for scripts; servo.json and device.json are the others"},
                  {"pictures", "the deformed body"},
                  {"session.mp4", "the same as a film"}})

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <iterator>
 #include <optional>
+#include <utility>
 
 #include "host/base/file.hpp"
 #include "host/link/decode.hpp"
@@ -36,7 +37,9 @@ public:
     Timeline finish(std::int64_t damaged) {
         timeline_.damaged += damaged;
         timeline_.ticks = std::move(side_[0].ticks);
-        timeline_.second = std::move(side_[1].ticks);
+        for (std::size_t finger = kFingers; finger-- > 1;)
+            if (!side_[finger].ticks.empty() || !timeline_.others.empty())
+                timeline_.others.insert(timeline_.others.begin(), std::move(side_[finger].ticks));
         return std::move(timeline_);
     }
 
@@ -146,24 +149,21 @@ Timeline read_timeline(const std::filesystem::path& log) {
 }
 
 void write_csv(const Timeline& timeline, const std::filesystem::path& file) {
-    const bool has_two = !timeline.second.empty();
+    const bool has_more = !timeline.others.empty();
     std::string text =
         "time_s,seq,x,y,z,servo_state,god_x,god_y,god_z,force_x,force_y,force_z,depth_m,latency_us,"
         "energy_stored_j,energy_given_j";
-    text += has_two ? ",finger\n" : "\n";
-    auto second = timeline.second.begin();
-    const auto add_second = [&](double until_s) {
-        for (; second != timeline.second.end() && second->time_s < until_s; ++second) {
-            append(*second, text);
-            text += ",2\n";
-        }
-    };
-    for (const Tick& tick : timeline.ticks) {
-        add_second(tick.time_s);
-        append(tick, text);
-        text += has_two ? ",1\n" : "\n";
+    text += has_more ? ",finger\n" : "\n";
+    std::vector<std::pair<const Tick*, std::size_t>> rows;
+    for (const Tick& tick : timeline.ticks) rows.emplace_back(&tick, 1);
+    for (std::size_t i = 0; i < timeline.others.size(); ++i)
+        for (const Tick& tick : timeline.others[i]) rows.emplace_back(&tick, i + 2);
+    std::stable_sort(rows.begin(), rows.end(),
+                     [](const auto& a, const auto& b) { return a.first->time_s < b.first->time_s; });
+    for (const auto& [tick, finger] : rows) {
+        append(*tick, text);
+        text += has_more ? fmt::format(",{}\n", finger) : "\n";
     }
-    add_second(std::numeric_limits<double>::infinity());
     write_file(file, text);
 }
 

@@ -36,7 +36,7 @@ struct StatusPoint {
 
 struct Timeline {
     std::vector<Tick> ticks;
-    std::vector<Tick> second;  ///< of a second finger
+    std::vector<std::vector<Tick>> others;  ///< of fingers 2 and on
     std::vector<StatusPoint> statuses;
     std::int64_t damaged = 0;  ///< stretches of the log, and messages in it, that could not be read
     bool simulated = false;
@@ -46,7 +46,7 @@ struct Timeline {
 /// Throws Error where there is no log. A log that was cut off is read up to there.
 Timeline read_timeline(const std::filesystem::path& log);
 
-/// One line a tick, where there is a second finger in the order of their times with the finger at the end, 1 or 2;
+/// One line a tick, where there are more fingers in the order of their times with the finger's number at the end;
 /// floats as the servo's CSV has them, empty where there is no answer. Throws Error.
 void write_csv(const Timeline& timeline, const std::filesystem::path& file);
 

@@ -69,7 +69,8 @@ bool is_free(const SceneOptions& options) { return options.flag("body.free"); }
 
 Json release_slew(const SceneOptions& above) {
     const bool jumps = above.text("contact.god_object") == "least-energy";  // from one minimum to another
-    return jumps && !is_free(above) && !above.has("tool") ? kReleaseOfJumps : 0.0;
+    const bool has_points = above.has("tool") || above.integer("contact.fingers") > 2;
+    return jumps && !is_free(above) && !has_points ? kReleaseOfJumps : 0.0;
 }
 
 Json max_force_rate(const SceneOptions& above) { return above.number("device.max_force") / kFullForceTime; }
@@ -287,8 +288,11 @@ std::vector<Key> make_keys() {
          .fallback_of = [](const SceneOptions& above) { return above.at("contact.friction"); },
          .fallback_text = "as `friction`", .changes = kTables,
          .means = "the kinetic coefficient, at most `friction`"},
+        {.name = "fingers", .type = kInteger, .range = {1, 8}, .fallback = 1, .beyond = "is {} and must be 1 to 8",
+         .changes = kTables,
+         .means = "number of [fingers](MOVING.md#two-fingers) on the body at once"},
         {.name = "release_slew", .unit = "N/ms", .range = kNotNegative, .fallback_of = release_slew,
-         .fallback_text = "0; 0.01 with `\"least-energy\"` of a finger, if held", .changes = kTables,
+         .fallback_text = "0; 0.01 with `\"least-energy\"` of one finger or two, if held", .changes = kTables,
          .means = "rate at which a force that has ended falls; 0: at once"},
         {.name = "coupling", .unit = "N/m", .range = kPositive, .words = {"none", "auto"}, .fallback = "none",
          .changes = kTables,
@@ -297,9 +301,6 @@ std::vector<Key> make_keys() {
          .means = "a passivity controller damps until energy that was given is paid back"},
         {.name = "grab", .type = kFlag, .fallback = false, .changes = kTables,
          .means = "button 1 holds the contact point, and the body pulls too"},
-        {.name = "fingers", .type = kInteger, .range = {1, 2}, .fallback = 1, .beyond = "is {} and must be 1 or 2",
-         .changes = kTables,
-         .means = "number of [fingers](MOVING.md#two-fingers) on the body at once"},
     });
     add("device", {
         {.name = "model", .type = kWord, .words = model_names(), .fallback = "phantom",
@@ -380,7 +381,7 @@ std::vector<Key> make_keys() {
          .means = "the servo looks whether its tables' CRC is right"},
         {.name = "coupling_bytes", .type = kInteger, .unit = "bytes", .range = kPositive, .fallback = 2'000'000,
          .changes = kTables,
-         .means = "budget of the tables that couple two fingers"},
+         .means = "budget of the tables that couple fingers"},
         {.name = "display_rows", .type = kNodes, .fallback_text = "none", .changes = kTables,
          .means = "mesh nodes, at most 1,000, whose displacement the microcontroller computes"},
         {.name = "display_precision", .type = kWord, .words = {"float32", "int16"}, .fallback = "float32",
@@ -449,8 +450,8 @@ std::vector<Rule> make_rules() {
         {kExcludes, "body.modes>0", "relaxation", "are of an elastic body: remove [[relaxation]], or modes"},
         {kExcludes, "material.stiffening", "body.modes>0",
          "is of the whole dent, of which modes take a part that stays linear: remove it, or modes"},
-        {kExcludes, "material.stiffening", "contact.fingers=2",
-         "is of the dent of one finger: remove it, or the second finger"},
+        {kExcludes, "material.stiffening", "contact.fingers>1",
+         "is of the dent of one finger: remove it, or the other fingers"},
         {kExcludes, "material.stiffening", "tool", "is of the dent of one finger: remove it, or [tool]"},
         {kExcludes, "material.stiffening", "contact.coupling=auto",
          "is of the body alone, and a coupling is in series with it: remove one of them"},
@@ -478,11 +479,23 @@ std::vector<Rule> make_rules() {
          "is of mean_force, which is off; remove one of them"},
         {kNeeds, "device.ramp_time", "device.force_return=ramp",
          "belongs to force_return = \"ramp\"; remove it or choose that"},
-        {kNeeds, "tables.coupling_bytes", "contact.fingers=2|tool",
-         "belongs to two fingers or a tool; write fingers = 2 in [contact], or remove it"},
+        {kNeeds, "tables.coupling_bytes", "contact.fingers>1|tool",
+         "belongs to several fingers or a tool; write fingers = 2 in [contact], or remove it"},
+        {kNeeds, "contact.fingers>2", "contact.force=consistent|contact.force=pressure-mask",
+         "are coupled by the body: set force = \"pressure-mask\" or \"consistent\" in [contact]", "contact.fingers"},
+        {kExcludes, "contact.fingers>2", "body.free=true",
+         "press a body that is held: remove free = true in [body], or let two press it", "contact.fingers"},
+        {kExcludes, "contact.fingers>2", "body.modes>0",
+         "press a body that follows at once: remove modes in [body], or let two press it", "contact.fingers"},
+        {kExcludes, "contact.fingers>2", "relaxation",
+         "have no part for a body that relaxes: remove [[relaxation]], or let two press it", "contact.fingers"},
+        {kExcludes, "contact.fingers>2", "contact.release_slew>0",
+         "end with their contacts: remove release_slew in [contact]", "contact.fingers"},
+        {kExcludes, "contact.fingers>2", "contact.grab=true",
+         "push and do not hold: remove grab in [contact], or let two press it", "contact.fingers"},
         {kNeeds, "tool", "contact.force=consistent|contact.force=pressure-mask",
          "are coupled by the body: set force = \"pressure-mask\" or \"consistent\" in [contact]", "tool.points"},
-        {kExcludes, "tool", "contact.fingers=2", "are of one hand: remove fingers = 2 in [contact]", "tool.points"},
+        {kExcludes, "tool", "contact.fingers>1", "are of one hand: remove fingers in [contact]", "tool.points"},
         {kExcludes, "tool", "body.free=true", "are pressed into a body that is held: remove free = true in [body]",
          "tool.points"},
         {kExcludes, "tool", "body.modes>0", "are pressed into a body that follows at once: remove modes in [body]",

@@ -244,22 +244,22 @@ std::vector<Read> read_sections(const Section& root, SceneOptions& options) {
 
 // ---- rules between keys --------------------------------------------------------------------------------------------
 
-/// "section", "section.key", "section.key=value" or "section.key>0".
+/// "section", "section.key", "section.key=value" or "section.key>number".
 struct Condition {
     explicit Condition(std::string_view text) {
         const std::size_t end = text.find_first_of("=>"), point = text.find('.');
         section = text.substr(0, point);
         if (point != std::string_view::npos) key = text.substr(point + 1, end - point - 1);
         if (end == std::string_view::npos) return;
-        is_positive = text[end] == '>';
+        is_above = text[end] == '>';
         value = text.substr(end + 1);
     }
     std::string_view section, key, value;
-    bool is_positive = false;
+    bool is_above = false;
 };
 
 bool is_value(const Json& json, const Condition& wanted) {
-    if (wanted.is_positive) return json.is_number() && json.get<double>() > 0.0;
+    if (wanted.is_above) return json.is_number() && json.get<double>() > std::stod(std::string(wanted.value));
     return json.is_string() ? json.get<std::string>() == wanted.value : json.dump() == wanted.value;
 }
 

@@ -112,7 +112,7 @@ struct ContactOptions {
     double release_n_per_ms = 0.0;  ///< how fast a force that ends is brought down; 0: at once
     bool passivity = false;         ///< a passivity observer and controller
     bool grab = false;              ///< a button holds the contact
-    int fingers = 1;                ///< on the body at once: 1 or 2
+    int fingers = 1;                ///< on the body at once: 1 to 8
     bool auto_coupling = false;     ///< the smallest virtual coupling that the device needs
     double coupling_n_per_m = 0.0;  ///< a virtual coupling in series; 0: none
 };

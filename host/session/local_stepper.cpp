@@ -10,7 +10,7 @@ namespace haptable {
 namespace {
 
 static_assert(kTick == std::chrono::microseconds(HAPTABLE_TICK_US));
-static_assert(kFingers == HAPTABLE_FINGERS);
+static_assert(kFingers == HAPTABLE_HANDS);
 
 }  // namespace
 
@@ -28,7 +28,7 @@ void LocalStepper::take_tool(const haptable_tool_output& out) {
     std::copy_n(out.position_m, 3, tool_->position_m.begin());
     std::copy_n(out.turn, 4, tool_->turn.begin());
     tool_->stored_j = state_.tool_energy_j();
-    tool_->point.resize(state_.tool()->point_count);
+    tool_->point.resize(state_.tool()->points.count);
     tool_->point_m.resize(tool_->point.size());
     const Eigen::Quaternionf turn(out.turn[0], out.turn[1], out.turn[2], out.turn[3]);
     for (std::size_t i = 0; i < tool_->point.size(); ++i) {

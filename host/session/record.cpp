@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -12,12 +13,26 @@ namespace haptable {
 
 namespace {
 
-constexpr const char* kHeader =
-    "tick,x,y,z,contact,node_i,node_j,node_k,alpha_i,alpha_j,alpha_k,god_x,god_y,god_z,force_x,force_y,force_z,"
-    "buttons,state,faults";
-constexpr const char* kHeaderOfSecond =
-    ",x2,y2,z2,contact2,node_i2,node_j2,node_k2,alpha_i2,alpha_j2,alpha_k2,god_x2,god_y2,god_z2,force_x2,force_y2,"
-    "force_z2,buttons2,state2,faults2";
+constexpr std::array kContactColumns{"contact", "node_i", "node_j", "node_k",  "alpha_i", "alpha_j", "alpha_k",
+                                     "god_x",   "god_y",  "god_z",  "force_x", "force_y", "force_z"};
+
+/// ",x,y,z,contact,...", each with that at its end.
+std::string header_of_finger(const std::string& suffix) {
+    std::string header;
+    for (const char* name : {"x", "y", "z"}) header += fmt::format(",{}{}", name, suffix);
+    for (const char* name : kContactColumns) header += fmt::format(",{}{}", name, suffix);
+    for (const char* name : {"buttons", "state", "faults"}) header += fmt::format(",{}{}", name, suffix);
+    return header;
+}
+
+/// The first finger's columns have no number.
+std::string header_of_fingers(const ServoScene& scene) {
+    std::string header = "tick" + header_of_finger("");
+    for (std::size_t finger = 1; finger < fingers_of(scene); ++finger)
+        header += header_of_finger(std::to_string(finger + 1));
+    return header;
+}
+
 constexpr const char* kHeaderOfPose = ",body_x,body_y,body_z,turn_w,turn_x,turn_y,turn_z";
 
 void append_floats(std::span<const float> values, std::string& text) {
@@ -37,10 +52,8 @@ constexpr const char* kHeaderOfTool =
 /// The contact of each point of a tool: ",contact_p1,node_i_p1,..."
 std::string header_of_points(const ServoScene& scene) {
     std::string header;
-    for (int i = 1; scene.tool != nullptr && i <= scene.tool->point_count; ++i)
-        for (const char* name : {"contact", "node_i", "node_j", "node_k", "alpha_i", "alpha_j", "alpha_k", "god_x",
-                                 "god_y", "god_z", "force_x", "force_y", "force_z"})
-            header += fmt::format(",{}_p{}", name, i);
+    for (int i = 1; scene.tool != nullptr && i <= int{scene.tool->points.count}; ++i)
+        for (const char* name : kContactColumns) header += fmt::format(",{}_p{}", name, i);
     return header;
 }
 
@@ -54,17 +67,15 @@ std::string header_of_modes(const ServoScene& scene) {
 }  // namespace
 
 ServoRecord::ServoRecord(const ServoScene& scene, const std::filesystem::path& path) : scene_(scene), file_(path) {
-    file_.add(std::string(kHeader) + (scene.pair != nullptr ? kHeaderOfSecond : "") +
-              (scene.tool != nullptr ? kHeaderOfTool : "") + header_of_points(scene) + header_of_modes(scene) +
-              (scene.body != nullptr ? kHeaderOfPose : "") + "\n");
+    file_.add(header_of_fingers(scene) + (scene.tool != nullptr ? kHeaderOfTool : "") + header_of_points(scene) +
+              header_of_modes(scene) + (scene.body != nullptr ? kHeaderOfPose : "") + "\n");
 }
 
 void ServoRecord::add(std::int64_t tick, const FingerInputs& in, const FingerOutputs& out,
                       const haptable_body_state* body, const haptable_modes_state* modes, const ToolOutput* tool) {
     static constexpr haptable_modes_state kStill{};
     line_ = std::to_string(tick);
-    for (std::size_t finger = 0; finger < (scene_.pair != nullptr ? kFingers : 1); ++finger)
-        append(in[finger], out[finger]);
+    for (std::size_t finger = 0; finger < fingers_of(scene_); ++finger) append(in[finger], out[finger]);
     if (tool != nullptr) append_tool(in[0].value_or(FingerInput{}).turn, *tool);
     if (scene_.modes != nullptr)
         append_floats(std::span(modes != nullptr ? modes->q : kStill.q).first(scene_.modes->count), line_);

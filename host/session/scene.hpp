@@ -16,11 +16,13 @@ struct ServoScene {
     const haptable_model* model;                ///< the firmware's tables
     const std::uint32_t* node;                  ///< [model->vertex_count] mesh node of every vertex of the model
     const char* name;                           ///< of the scene
-    const haptable_pair_model* pair = nullptr;  ///< of two fingers; null: one
+    const haptable_pair_model* pair = nullptr;  ///< of its fingers; null: one
     const haptable_modes* modes = nullptr;      ///< its modes; null: it follows at once
     const haptable_body* body = nullptr;        ///< of one that nothing holds; null: it is held
     const haptable_tool_model* tool = nullptr;  ///< that the hand holds; null: a finger, or two
 };
+
+inline std::size_t fingers_of(const ServoScene& scene) { return scene.pair != nullptr ? scene.pair->finger_count : 1; }
 
 /// A finger position as the servo takes it. A double beyond the range of floats becomes infinite (IEEE 754), which
 /// the servo rejects by name.

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "firmware/haptable_scene.h"
+#include "firmware/haptable_hands.h"
 #include "firmware/haptable_tool.h"
 
 namespace haptable {
@@ -15,15 +15,21 @@ class SceneState {
 public:
     /// pair, body, modes, tool: null where the scene has none. All must outlive this object.
     SceneState(const haptable_model& model, const haptable_pair_model* pair, const haptable_body* body,
-               const haptable_modes* modes, const haptable_tool_model* tool = nullptr) {
+               const haptable_modes* modes, const haptable_tool_model* tool = nullptr)
+        : tool_(tool) {
         if (tool != nullptr)
             haptable_tool_scene_make(&model, tool, &scene_);
+        else if (pair != nullptr && pair->finger_count > HAPTABLE_FINGERS)
+            haptable_hands_scene_make(pair, &hands_, &scene_);
         else
             haptable_scene_make(&model, pair, body, modes, &scene_.scene);
         memory_.resize((scene().bytes + sizeof(std::max_align_t) - 1) / sizeof(std::max_align_t));
         haptable_init(&scene(), memory_.data());
         if (body != nullptr) touched_ = *this->body();
     }
+
+    SceneState(const SceneState&) = delete;
+    SceneState& operator=(const SceneState&) = delete;
 
     /// haptable_step. in, out: [fingers()]
     void step(const haptable_input in[], std::uint32_t now_us, haptable_output out[]) {
@@ -45,22 +51,24 @@ public:
         return out;
     }
     /// Stored by the points of the tool after the last tick.
-    double tool_energy_j() const {
-        return double{reinterpret_cast<const haptable_tool_state*>(memory_.data())->energy_j};
-    }
+    double tool_energy_j() const { return double{points().energy_j}; }
+    /// Of a tool, or of three fingers and more.
+    const haptable_points& points() const { return *haptable_points_of(scene_.points, memory()); }
+    const haptable_points_model* scene_points() const { return scene_.points; }
+    void* memory() const { return const_cast<std::max_align_t*>(memory_.data()); }
     void check(std::uint32_t bytes) { haptable_check(&scene(), memory_.data(), bytes); }
 
     const haptable_scene& scene() const { return scene_.scene; }
     /// Null where the scene has none.
-    const haptable_tool_model* tool() const { return scene_.tool; }
-    std::size_t fingers() const { return scene_.scene.pair != nullptr ? 2 : 1; }
+    const haptable_tool_model* tool() const { return tool_; }
+    std::size_t fingers() const { return static_cast<std::size_t>(haptable_scene_fingers(&scene_.scene)); }
     haptable_servo& servo(std::size_t finger) {
         return *haptable_scene_servo(memory_.data(), static_cast<int>(finger));
     }
     const haptable_servo& servo(std::size_t finger) const { return const_cast<SceneState*>(this)->servo(finger); }
     /// The state of two fingers; else null.
     haptable_pair* pair() {
-        return scene_.scene.pair != nullptr ? reinterpret_cast<haptable_pair*>(memory_.data()) : nullptr;
+        return fingers() == HAPTABLE_FINGERS ? reinterpret_cast<haptable_pair*>(memory_.data()) : nullptr;
     }
     /// Null where the body is held.
     haptable_body_state* body() {
@@ -86,7 +94,9 @@ public:
     }
 
 private:
-    haptable_tool_scene scene_{};  ///< without a tool its first member
+    const haptable_tool_model* tool_;
+    haptable_points_scene scene_{};  ///< of one finger or two its first member
+    haptable_points_model hands_{};  ///< of three and more
     std::vector<std::max_align_t> memory_;
     haptable_body_state touched_{};
 };

@@ -73,7 +73,7 @@ void Session::on_state(std::size_t finger, const device_state& state, std::int64
         case StateIs::beginning:
             side.begins = true;
             side.clock_us = 0;
-            // A clock of its own: it goes on from where the other finger's is.
+            // A clock of its own: it goes on from where the others' is.
             for (std::size_t other = 0; other < side_.size(); ++other)
                 if (other != finger && is_there(other, now)) side.clock_us = tick_utime_ - state.utime;
             break;
@@ -103,7 +103,7 @@ bool Session::is_there(std::size_t finger, Clock::time_point now) const {
 
 // ---- a tick -------------------------------------------------------------------------------------------------------
 
-/// A state waits for that of the other finger, in real time for a tick at the most. Who begins is not waited for, and
+/// A state waits for those of the other fingers, in real time for a tick at the most. Who begins is not waited for, and
 /// does not wait: so two devices of one program join the same ticks in each of its sessions.
 bool Session::is_ready(Clock::time_point now) const {
     bool waits = false, is_missing = false, has_waited = false, is_lockstep = false;
@@ -167,9 +167,9 @@ std::uint32_t Session::time_of_tick(Clock::time_point now) {
     return static_cast<std::uint32_t>(tick_utime_);
 }
 
-/// Answers of two fingers with one time are one tick, so that no other has it.
+/// Answers of several fingers with one time are one tick, so that no other has it.
 void Session::set_time(std::int64_t utime) {
-    tick_utime_ = side_.size() == 2 && utime == tick_utime_ ? utime + 1 : utime;
+    tick_utime_ = side_.size() > 1 && utime == tick_utime_ ? utime + 1 : utime;
 }
 
 void Session::end_waiting() {
@@ -305,7 +305,7 @@ void Session::publish_status() {
     tell();
 }
 
-/// Which of two fingers a line is about.
+/// Which of several fingers a line is about.
 std::string Session::who(std::size_t finger) const {
     return side_.size() == 1 ? "" : "finger " + std::to_string(finger + 1) + ": ";
 }

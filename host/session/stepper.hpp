@@ -78,8 +78,7 @@ public:
     virtual void count(std::size_t finger, const Visit& visit) const = 0;
 
     const ServoScene& scene() const { return scene_; }
-    /// 1 or 2.
-    std::size_t finger_count() const { return scene_.pair != nullptr ? kFingers : 1; }
+    std::size_t finger_count() const { return fingers_of(scene_); }
     /// None of these was there before.
     bool is_first_tick(const FingerInputs& in) const;
     const haptable_output& output(std::size_t finger) const { return out_[finger]; }

@@ -56,7 +56,8 @@ Stroke read_stroke(const std::filesystem::path& file) {
         return std::array{static_cast<float>(x[0]), static_cast<float>(x[1]), static_cast<float>(x[2])};
     };
     for (const FingerTick& tick : read_finger_ticks(file, Positions::any))
-        stroke.push_back({rounded(tick.position_m), rounded(tick.second_m.value_or(std::array<double, 3>{}))});
+        stroke.push_back({rounded(tick.position_m),
+                          rounded(tick.others.empty() ? std::array<double, 3>{} : tick.others[0].position_m)});
     return stroke;
 }
 

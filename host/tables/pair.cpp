@@ -164,9 +164,11 @@ void write_pair(const PairTables& tables, const fs::path& folder) {
 std::optional<PairTables> read_pair(const TablesFolder& folder) {
     using nlohmann::json;
     try {
-        if (folder.options().integer("contact.fingers") == 1 && !folder.options().has("tool")) return {};
+        const std::int64_t fingers = folder.options().integer("contact.fingers");
+        if (fingers == 1 && !folder.options().has("tool")) return {};
         const json& pair = folder.facts().at("pair");
         PairTables tables;
+        tables.finger_count = static_cast<std::uint16_t>(fingers);
         pair.at("meeting_m").get_to(tables.meeting_m);
         if (!(tables.meeting_m >= 0.0 && std::isfinite(tables.meeting_m)))
             folder.fail("tables.json", fmt::format("meeting_m = {} is no distance", tables.meeting_m));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What couples two places of a body: the files of a scene with [contact] fingers = 2, or [tool].
+// What couples two places of a body: the files of a scene with [contact] fingers = 2 and more, or [tool].
 #pragma once
 
 #include <array>
@@ -50,6 +50,7 @@ std::vector<std::uint32_t> core_begins(const std::vector<std::uint8_t>& form, st
 struct PairTables {
     double meeting_m = 0.0;  ///< fingers nearer than this meet
     std::size_t control_count = 0;
+    std::uint16_t finger_count = 2;  ///< of a tool 1
     /// Either all pairs k >= l in a row by k, C_kl [n (n + 1) / 2]; or
     std::vector<std::array<double, 9>> block;
     /// clusters of places, as the force asks for it: S_k C_kl S_l (interpolated), else C_kl.

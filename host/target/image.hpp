@@ -24,11 +24,11 @@ struct TargetTick {
         std::uint32_t state = 0, patch = 0;
         std::array<float, 3> alpha{}, god_object_m{}, force_n{};
     };
-    std::array<Finger, HAPTABLE_FINGERS> finger{};  ///< of one finger the first
-    std::array<float, 3> position_m{};              ///< after the tick; of a body that nothing holds
-    std::array<float, 4> turn{};                    ///< likewise
-    std::array<float, HAPTABLE_MODES> q{};          ///< after the tick; of the scene's modes, others 0
-    std::uint64_t instructions = 0;                 ///< of haptable_step and its call; 0 when not counted
+    std::array<Finger, HAPTABLE_HANDS> finger{};  ///< of one finger the first
+    std::array<float, 3> position_m{};            ///< after the tick; of a body that nothing holds
+    std::array<float, 4> turn{};                  ///< likewise
+    std::array<float, HAPTABLE_MODES> q{};        ///< after the tick; of the scene's modes, others 0
+    std::uint64_t instructions = 0;               ///< of haptable_step and its call; 0 when not counted
 
     /// Whether each of so many fingers is in contact.
     bool touches(std::size_t fingers = 1) const;

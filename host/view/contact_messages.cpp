@@ -121,7 +121,7 @@ std::string reason_of(Heard heard, const LogReader::Event& event, const std::str
 }
 
 /// The newest frames of each finger of one servo, as one.
-class BothFingers {
+class AllFingers {
 public:
     /// motion: where the body is now, with both.
     void take(std::size_t finger, const contact& message, const ContactFrame& frame, const LastMotion& motion) {
@@ -136,15 +136,19 @@ public:
             }
         newest_ = finger;
     }
-    /// As a servo's CSV has it: the second in the first's frame. Number and time are the newest message's.
+    /// As a servo's CSV has it: the others in the first's frame. Number and time are the newest message's.
     ContactFrame frame() const {
-        if (!last_[0] || !last_[1]) return *last_[newest_];
-        ContactFrame both = *last_[0];
-        both.time_s = last_[newest_]->time_s;
-        const ContactFrame& second = *last_[1];
-        if (second.finger_known) both.second = {second.finger_m, second.god_object_m, second.force_n, second.contact};
-        both.loads.insert(both.loads.end(), second.loads.begin(), second.loads.end());
-        return both;
+        if (!last_[0]) return *last_[newest_];
+        ContactFrame all = *last_[0];
+        all.time_s = last_[newest_]->time_s;
+        for (std::size_t finger = 1; finger < kFingers; ++finger) {
+            const std::optional<ContactFrame>& other = last_[finger];
+            if (!other) continue;
+            if (other->finger_known)
+                all.others.push_back({other->finger_m, other->god_object_m, other->force_n, other->contact});
+            all.loads.insert(all.loads.end(), other->loads.begin(), other->loads.end());
+        }
+        return all;
     }
 
 private:
@@ -166,7 +170,7 @@ public:
     void take(std::size_t finger, const contact& message) {
         ContactFrame frame = to_frame(message, loads_, 0, source_);
         end_tick(joined_.add(finger, message.utime, message.seq));
-        both_.take(finger, message, frame, motion);
+        fingers_.take(finger, message, frame, motion);
         ++messages_;
     }
 
@@ -189,7 +193,7 @@ private:
     void end_tick(const std::optional<JoinedTick<std::int64_t>::Tick>& tick) {
         if (!tick) return;
         const std::int64_t utime = tick->utime, seq = *tick->part[tick->first];
-        ContactFrame frame = both_.frame();
+        ContactFrame frame = fingers_.frame();
         frame.number = seq;
         const bool first = ticks_++ == 0;
         const std::int64_t step = utime - last_utime_;
@@ -220,7 +224,7 @@ private:
     std::string source_;
     std::set<std::int64_t> wanted_;
     JoinedTick<std::int64_t> joined_;  ///< seq
-    BothFingers both_;
+    AllFingers fingers_;
     std::optional<ContactFrame> held_;
     std::int64_t messages_ = 0, ticks_ = 0;
     std::int64_t begin_utime_ = 0;
@@ -293,8 +297,8 @@ public:
             if (begun_ && message.servo != servo_ && now - heard_ < kServoGone)
                 return left_out.add(source_ + ": two servos answer there: end one of them");
             if (!begun_) begin_utime_ = message.utime;
-            both_.take(finger, message, to_frame(message, loads_, begin_utime_, source_), motion);
-            frame_ = both_.frame();
+            fingers_.take(finger, message, to_frame(message, loads_, begin_utime_, source_), motion);
+            frame_ = fingers_.frame();
         } catch (const Error& error) {
             return left_out.add(error.what());
         }
@@ -316,7 +320,7 @@ private:
     bool begun_ = false;
     std::int64_t begin_utime_ = 0, servo_ = 0;
     Clock::time_point heard_;
-    BothFingers both_;
+    AllFingers fingers_;
     std::optional<ContactFrame> frame_;
 };
 

@@ -24,13 +24,13 @@ struct ContactFrame {
     /// From body to world coordinates, in which finger and force are; god-object and loads are the body's. None where
     /// it is held.
     std::optional<Eigen::Isometry3d> pose;
-    /// A second finger; in contact its god-object and what it feels too, and its loads are among the frame's.
-    struct Second {
+    /// Another finger; in contact its god-object and what it feels too, and its loads are among the frame's.
+    struct Other {
         Eigen::Vector3d finger_m = Eigen::Vector3d::Zero(), god_object_m = Eigen::Vector3d::Zero(),
                         force_n = Eigen::Vector3d::Zero();
         bool contact = false;
     };
-    std::optional<Second> second;
+    std::vector<Other> others;
     /// A tool, whose handle is the finger: from its axes to the world's, and the god-objects of the points that touch,
     /// in the body's coordinates.
     struct Tool {

@@ -68,7 +68,7 @@ void Painter::measure(const ContactFrame& frame, Ranges& ranges) {
     for (const NodalForce& load : frame.loads)
         ranges.nodal_force_n = std::max(ranges.nodal_force_n, static_cast<double>(size_of(load)));
     ranges.force_n = std::max(ranges.force_n, frame.force_n.norm());
-    ranges.second |= frame.second.has_value();
+    ranges.fingers = std::max(ranges.fingers, 1 + frame.others.size());
     if (!stress_) return;
     find_values(frame);
     for (const float stress : value_) ranges.stress_pa = std::max(ranges.stress_pa, static_cast<double>(stress));
@@ -94,15 +94,15 @@ float Painter::room_for(const Eigen::Vector3f& from_m, const Eigen::Vector3f& ar
 
 Markers Painter::markers(const ContactFrame& frame, const Ranges& ranges) const {
     Markers markers;
-    if (frame.second) {
-        ContactFrame second;
-        second.finger_known = true;
-        second.contact = frame.second->contact;
-        second.finger_m = frame.second->finger_m;
-        second.god_object_m = frame.second->god_object_m;
-        second.force_n = frame.second->force_n;
-        second.pose = frame.pose;
-        markers.others.push_back(this->markers(second, ranges));
+    for (const ContactFrame::Other& of : frame.others) {
+        ContactFrame other;
+        other.finger_known = true;
+        other.contact = of.contact;
+        other.finger_m = of.finger_m;
+        other.god_object_m = of.god_object_m;
+        other.force_n = of.force_n;
+        other.pose = frame.pose;
+        markers.others.push_back(this->markers(other, ranges));
     }
     const Eigen::Vector3f god_object = to_float(frame.pose ? *frame.pose * frame.god_object_m : frame.god_object_m);
     if (frame.tool) {
@@ -152,7 +152,8 @@ void Painter::add_caption(const ContactFrame& frame, const Ranges& ranges, Annot
                                                   : fmt::format("{:.3g} times faster", view_.speed));
     if (view_.exaggeration != 1.0) notes.details.push_back(fmt::format("displacements x {:g}", view_.exaggeration));
     notes.legend = {{frame.tool ? "tool" : "finger", kFingerColor[0]}};
-    if (ranges.second) notes.legend.push_back({"second finger", kFingerColor[1]});
+    if (ranges.fingers > 1)
+        notes.legend.push_back({ranges.fingers == 2 ? "second finger" : "other fingers", kFingerColor[1]});
     notes.legend.push_back({"god-object", kGodObjectColor});
     notes.legend.push_back(
         {frame.tool ? "force on the hand" : "force on the finger", kArrowColor, LegendEntry::Sign::arrow});

@@ -24,7 +24,7 @@ struct Ranges {
     double force_n = 0.0;
     double nodal_force_n = 0.0;
     double stress_pa = 0.0;
-    bool second = false;  ///< there is a second finger
+    std::size_t fingers = 1;
 };
 
 class Painter {

@@ -23,9 +23,8 @@ constexpr std::size_t kColumns = 17;  // a file may have more behind them
 // Columns of a body that nothing holds, in the last columns.
 constexpr std::string_view kPoseColumns = ",body_x,body_y,body_z,turn_w,turn_x,turn_y,turn_z";
 constexpr std::size_t kPose = 7;
-// Columns of a second finger, behind the first's and its buttons, state and faults.
-constexpr std::string_view kSecondColumns = ",faults,x2,y2,z2,contact2,";
-constexpr std::size_t kSecond = 20, kSecondEnd = 36;
+// Columns of a second finger, behind the first's and its buttons, state and faults; of each other one behind it.
+constexpr std::size_t kSecond = 20, kOther = 19;
 // Columns of a tool: where it is drawn, then each point's contact as a finger's.
 constexpr std::string_view kToolColumns = ",tool_x,tool_y,tool_z,tool_qw,tool_qx,tool_qy,tool_qz";
 constexpr std::size_t kPointColumns = 13;
@@ -43,7 +42,7 @@ struct Finger {
 struct Row {
     std::int64_t tick = 0;
     Finger first;
-    std::optional<Finger> second;
+    std::vector<Finger> others;  ///< that are there
     std::array<double, kPose> pose{}, tool{};
     std::vector<Finger> points;  ///< of a tool, those that touch
     std::vector<float> modes;
@@ -65,9 +64,11 @@ public:
         const std::string_view header = next_line(rest);
         columns_ = static_cast<std::size_t>(std::count(header.begin(), header.end(), ',')) + 1;
         const std::string_view more = header.substr(std::min(kHeader.size(), header.size()));
-        has_second_ = header.find(kSecondColumns) != std::string_view::npos;
+        for (others_ = 0;
+             header.find(fmt::format(",x{0},y{0},z{0},contact{0},", others_ + 2)) != std::string_view::npos;)
+            ++others_;
         if (!header.starts_with(kHeader) || !(more.empty() || more.front() == ',') ||
-            (has_second_ && columns_ < kSecondEnd))
+            (others_ > 0 && columns_ < kSecond + kOther * others_))
             fail(
                 "the header is not the one of a servo's CSV: it begins with tick,x,y,z,contact; give the file that "
                 "servo --replay IN --out OUT wrote");
@@ -132,7 +133,8 @@ private:
         const int contact = number<int>(field[4], "contact");
         if (contact != 0 && contact != 1) fail(fmt::format("contact is {}: it must be 0 or 1", contact));
         row.first = finger(field, 1, contact == 1);
-        if (has_second_) row.second = second(field);
+        for (std::size_t i = 0; i < others_; ++i)
+            if (const auto at = other(field, i)) row.others.push_back(*at);
         const std::size_t pose = columns_ - (has_pose_ ? kPose : 0), modes = pose - modes_;
         for (std::size_t k = modes; k < pose; ++k) row.modes.push_back(number<float>(field[k], "a mode"));
         for (std::size_t k = pose; k < columns_; ++k) row.pose[k - pose] = number<double>(field[k], "the body's place");
@@ -166,14 +168,15 @@ private:
         return finger;
     }
 
-    /// None: there is no second finger in this tick.
-    std::optional<Finger> second(const std::vector<std::string>& field) const {
-        const Finger second = finger(field, kSecond, number<int>(field[kSecond + 3], "contact2") == 1);
-        if (!second.contact) return finite(second.finger_m) ? std::optional(second) : std::nullopt;
-        if (!loads_.is_patch(second.node) || !finite(second.finger_m) || !finite(second.god_object_m) ||
-            !finite(second.alpha) || !finite(second.force_n))
-            fail("the second finger's contact is on no touchable patch, or not finite");
-        return second;
+    /// None: finger i + 2 is not there in this tick.
+    std::optional<Finger> other(const std::vector<std::string>& field, std::size_t i) const {
+        const std::size_t x = kSecond + kOther * i;
+        const Finger other = finger(field, x, number<int>(field[x + 3], "a contact") == 1);
+        if (!other.contact) return finite(other.finger_m) ? std::optional(other) : std::nullopt;
+        if (!loads_.is_patch(other.node) || !finite(other.finger_m) || !finite(other.god_object_m) ||
+            !finite(other.alpha) || !finite(other.force_n))
+            fail(fmt::format("the contact of finger {} is on no touchable patch, or not finite", i + 2));
+        return other;
     }
 
     /// The reaction of what a finger feels, by its area coordinates: of a pair, the other's dent is in it.
@@ -190,11 +193,13 @@ private:
         return loads_.spread(loads);
     }
 
-    void add_second(const Row& row, ContactFrame& out) const {
-        const Finger& second = *row.second;
-        out.second = {vector(second.finger_m), vector(second.god_object_m), vector(second.force_n), second.contact};
-        if (!second.contact) return;
-        for (const NodalForce& load : reaction(second, out)) out.loads.push_back(load);
+    void add_others(const Row& row, ContactFrame& out) const {
+        for (const Finger& other : row.others) {
+            out.others.push_back(
+                {vector(other.finger_m), vector(other.god_object_m), vector(other.force_n), other.contact});
+            if (!other.contact) continue;
+            for (const NodalForce& load : reaction(other, out)) out.loads.push_back(load);
+        }
     }
 
     void add_tool(const Row& row, ContactFrame& out) const {
@@ -238,7 +243,7 @@ private:
             out.pose = pose_of({rest_[0], rest_[1], rest_[2]}, {row.pose[0], row.pose[1], row.pose[2]},
                                {row.pose[3], row.pose[4], row.pose[5], row.pose[6]});
         out.modes = row.modes;
-        if (row.second) add_second(row, out);
+        add_others(row, out);
         if (tool_ > 0) add_tool(row, out);
         if (!out.contact) return out;
         out.god_object_m = vector(row.first.god_object_m);
@@ -246,7 +251,7 @@ private:
         if (tool_ > 0) return out;
         const Eigen::Vector3d inside_m = out.pose ? out.pose->inverse() * out.finger_m : out.finger_m;
         const std::vector<NodalForce> loads =
-            has_second_ || modes_ > 0
+            others_ > 0 || modes_ > 0
                 ? reaction(row.first, out)
                 : loads_.spread(loads_.of(row.first.node, row.first.alpha, inside_m, out.god_object_m));
         out.loads.insert(out.loads.end(), loads.begin(), loads.end());
@@ -257,7 +262,8 @@ private:
     const ContactLoads& loads_;
     int line_ = 0;
     std::size_t columns_ = kColumns;  ///< of this file
-    bool has_pose_ = false, has_second_ = false;
+    bool has_pose_ = false;
+    std::size_t others_ = 0;  ///< fingers beside the first
     std::size_t modes_ = 0;
     std::size_t tool_ = 0, points_ = 0;  ///< of a tool: the column of its place, 0 without one; its points
     std::array<double, kPose> rest_{};   ///< the first row's

@@ -13,9 +13,9 @@ True
 
 SI units: metres, newtons, joules, seconds; positions and forces are float32, as the servo has them.
 """
-from ._servo import CONTACT, WRENCH, Body, Contact, HaptableError, Pair, Pose, Servo, State, Tool, load
+from ._servo import CONTACT, WRENCH, Body, Contact, Fingers, HaptableError, Pose, Servo, State, Tool, load
 from ._files import LogEvent, precompute, read_csv, read_log
 from ._report import report
 
-__all__ = ["CONTACT", "WRENCH", "Body", "Contact", "HaptableError", "LogEvent", "Pair", "Pose", "Servo", "State",
+__all__ = ["CONTACT", "WRENCH", "Body", "Contact", "Fingers", "HaptableError", "LogEvent", "Pose", "Servo", "State",
            "Tool", "load", "precompute", "read_csv", "read_log", "report"]

@@ -225,9 +225,9 @@ class Servo:
         return {name: getattr(energy, name) for name in ("stored_j", "most_stored_j", "given_j", "most_given_j")}
 
 
-class Pair:
-    """Two fingers on a body whose scene has [contact] fingers = 2: each feels the other's dent. For one thread at a
-    time. Calls release the GIL. The displacements of both are Body.deform of each contact, added."""
+class Fingers:
+    """All fingers of a body whose scene has [contact] fingers = 2 to 8: each feels the dents that the others make. For
+    one thread at a time. Calls release the GIL. The displacements of all are Body.deform of each contact, added."""
 
     def __init__(self, body: "Body") -> None:
         fingers = lib.haptable_fingers_new(body._object)
@@ -237,54 +237,60 @@ class Pair:
         self._fingers = ffi.gc(fingers, lib.haptable_fingers_free)
         self._us = 0
 
-    def step(self, first: Optional[ArrayLike], second: Optional[ArrayLike],
-             time: Optional[float] = None) -> Tuple[Contact, Contact]:
-        """One tick of both. Positions: [3] m; None: that finger is away, and the other feels what it would alone.
-        time: s; otherwise 1 ms after the last tick. Raises ValueError as Servo.step does."""
-        position = [ffi.NULL if x is None else _from_buffer(_float3, _position(x)) for x in (first, second)]
-        touch = ffi.new("struct haptable_touch[2]")
+    def step(self, *position: Optional[ArrayLike], time: Optional[float] = None) -> Tuple[Contact, ...]:
+        """One tick of all. position: of each finger, [3] m; None: that finger is away, and one that is left alone
+        feels what it would alone. time: s; otherwise 1 ms after the last tick. Raises ValueError as Servo.step does."""
+        if len(position) != self.body.fingers:
+            raise ValueError(f"positions: of each of the {self.body.fingers} fingers, not of {len(position)}")
+        each = [ffi.NULL if x is None else _from_buffer(_float3, _position(x)) for x in position]
+        touch = ffi.new("struct haptable_touch[]", len(each))
         us = self._us if time is None else _microseconds(time)
-        lib.haptable_fingers_step(self._fingers, position[0], position[1], us, touch)
+        lib.haptable_fingers_step(self._fingers, ffi.new("float*[]", each), us, touch)
         self._us = (us + 1000) & 0xFFFFFFFF
-        return _contact_of(touch[0]), _contact_of(touch[1])
+        return tuple(_contact_of(one) for one in touch)
 
-    def replay(self, first: ArrayLike, second: ArrayLike) -> NDArray[Any]:
-        """One tick a row, one a millisecond. Positions: [n, 3] m of each finger. Returns [n, 2] of dtype CONTACT."""
-        x, y = np.ascontiguousarray(first, np.float32), np.ascontiguousarray(second, np.float32)
-        if x.ndim != 2 or x.shape[1] != 3 or x.shape != y.shape:
-            raise ValueError(f"positions: [n, 3] in m of each finger, not {list(x.shape)} and {list(y.shape)}")
-        out = np.empty((len(x), 2), CONTACT)
-        lib.haptable_fingers_replay(self._fingers, ffi.cast("float(*)[3]", x.ctypes.data),
-                                    ffi.cast("float(*)[3]", y.ctypes.data), len(x), self._us,
-                                    ffi.cast("struct haptable_touch(*)[2]", out.ctypes.data))
+    def replay(self, *path: ArrayLike) -> NDArray[Any]:
+        """One tick a row, one a millisecond. path: of each finger, [n, 3] m. Returns [n, fingers] of dtype CONTACT."""
+        each = [np.asarray(x, np.float32) for x in path]
+        if len(each) != self.body.fingers or len({x.shape for x in each}) != 1 or each[0].shape[1:] != (3,):
+            raise ValueError(f"positions: [n, 3] in m of each finger, not {[list(x.shape) for x in each]}")
+        x = np.ascontiguousarray(np.stack(each, 1))
+        out = np.empty(x.shape[:2], CONTACT)
+        lib.haptable_fingers_replay(self._fingers, ffi.cast("float(*)[3]", x.ctypes.data), len(x), self._us,
+                                    ffi.cast("struct haptable_touch*", out.ctypes.data))
         self._us = (self._us + 1000 * len(x)) & 0xFFFFFFFF
         return out
 
     @property
     def pose(self) -> Optional[Pose]:
-        """Where the body is, of this pair's own; None where it is held."""
+        """Where the body is, of these fingers' own; None where it is held."""
         return Pose(lib.haptable_fingers_pose(self._fingers)) if self.body.free else None
 
     @property
     def swung(self) -> NDArray[np.float32]:
-        """[body.modes] as Servo.swung; Body.deform takes it with one of the contacts, and zeros with the other."""
+        """[body.modes] as Servo.swung; Body.deform takes it with one of the contacts, and zeros with the others."""
         q = np.zeros(self.body.modes, np.float32)
         lib.haptable_fingers_swung(self._fingers, ffi.cast("float*", q.ctypes.data))
         return q
 
     def buttons(self, finger: int, grab: bool = False, acknowledge: bool = False) -> None:
-        """Held down from the next tick on by finger 0 or 1. Raises IndexError for another."""
-        lib.haptable_fingers_buttons(self._fingers, _finger(finger), 2 * bool(grab) + 4 * bool(acknowledge))
+        """Held down from the next tick on by a finger, 0 the first. Raises IndexError for one that there is not."""
+        lib.haptable_fingers_buttons(self._fingers, self._finger(finger), 2 * bool(grab) + 4 * bool(acknowledge))
 
     def counters(self, finger: int) -> Dict[str, int]:
-        """What the servo has counted of finger 0 or 1, by name. Raises IndexError for another."""
-        finger = _finger(finger)
+        """What the servo has counted of a finger, by name. Raises IndexError for one that there is not."""
+        finger = self._finger(finger)
         return {name: lib.haptable_fingers_counter(self._fingers, finger, i) for i, name in enumerate(_COUNTERS)}
 
     def energy(self, finger: int) -> Dict[str, float]:
-        """J, of finger 0 or 1: stored_j, most_stored_j, given_j, most_given_j. Raises IndexError for another."""
-        energy = lib.haptable_fingers_energy(self._fingers, _finger(finger))
+        """J, of a finger: stored_j, most_stored_j, given_j, most_given_j. Raises IndexError for one that there is not."""
+        energy = lib.haptable_fingers_energy(self._fingers, self._finger(finger))
         return {name: getattr(energy, name) for name in ("stored_j", "most_stored_j", "given_j", "most_given_j")}
+
+    def _finger(self, number: int) -> int:
+        if number not in range(self.body.fingers):
+            raise IndexError(f"finger: 0 to {self.body.fingers - 1}, not {number}")
+        return int(number)
 
 
 class Tool:
@@ -356,7 +362,7 @@ class Body:
         self.name: str = ffi.string(facts.name).decode()
         self.tables_hash: str = f"{facts.tables_hash:016x}"
         self.max_force: float = facts.max_force_n  #: N
-        self.fingers: int = lib.haptable_object_fingers(handle)  #: of its scene: 1 or 2
+        self.fingers: int = lib.haptable_object_fingers(handle)  #: of its scene: 1 to 8
         self.free: bool = lib.haptable_object_is_free(handle) != 0  #: nothing holds it: positions are the world's
         self.points: int = lib.haptable_object_points(handle)  #: of its scene's tool; 0: it has none
         self.modes: int = lib.haptable_object_modes(handle)  #: by which it rings; 0: it follows at once
@@ -381,9 +387,9 @@ class Body:
         """A servo without contact."""
         return Servo(self)
 
-    def pair(self) -> Pair:
-        """Two fingers without contact, of a scene that has them."""
-        return Pair(self)
+    def hands(self) -> Fingers:
+        """All its fingers without contact, of a scene that has two or more."""
+        return Fingers(self)
 
     def tool(self) -> Tool:
         """The tool of its scene without contact."""
@@ -504,12 +510,6 @@ def _microseconds(time: float) -> int:
     if not math.isfinite(time):
         raise ValueError(f"time: finite, in s, not {time}")
     return round(time * 1e6) & 0xFFFFFFFF
-
-
-def _finger(number: int) -> int:
-    if number not in (0, 1):
-        raise IndexError(f"finger: 0 or 1, not {number}")
-    return int(number)
 
 
 def _rows(rows: Sequence[int]) -> NDArray[np.uint32]:

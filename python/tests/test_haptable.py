@@ -247,14 +247,14 @@ class Package(unittest.TestCase):
 
     def test_two_fingers(self):
         with self.assertRaisesRegex(haptable.HaptableError, "fingers = 2"):
-            self.body.pair()
+            self.body.hands()
         program = BUILD / "bin" / "haptable-precompute"
         body = haptable.load(haptable.precompute("meshes/cube-two.toml", self.path / "two", program=program))
         self.assertEqual((self.body.fingers, body.fingers), (1, 2))
         first, second = press() - np.float32([0.005, 0, 0]), press() + np.float32([0.005, 0, 0])
-        felt = body.pair().replay(first, second)
+        felt = body.hands().replay(first, second)
         self.assertEqual(felt.shape, (60, 2))
-        pair = body.pair()
+        pair = body.hands()
         for row, x, y in zip(felt, first, second):
             for contact, one in zip(pair.step(x, y), row):
                 self.assertTrue(np.array_equal(contact.force, one["force"]))
@@ -262,11 +262,11 @@ class Package(unittest.TestCase):
         self.assertEqual(pair.counters(1)["ticks"], 60)
         for call in (pair.counters, pair.energy, pair.buttons):
             for finger in (2, -1):
-                with self.assertRaisesRegex(IndexError, "0 or 1"):
+                with self.assertRaisesRegex(IndexError, "0 to 1"):
                     call(finger)
         self.assertGreater(pair.energy(0)["stored_j"], 0.0)
         # The other's dent takes the surface away; who is away makes none.
-        alone, half = body.servo().replay(first), body.pair()
+        alone, half = body.servo().replay(first), body.hands()
         self.assertLess(felt["force"][-1, 0, 2], 0.99 * alone["force"][-1, 2])
         for row, x in zip(alone, first):
             contact, away = half.step(x, None)
@@ -274,6 +274,23 @@ class Package(unittest.TestCase):
             self.assertEqual(away.state, haptable.State.SILENT)
         with self.assertRaisesRegex(ValueError, "of each finger"):
             pair.replay(first, second[1:])
+        with self.assertRaisesRegex(ValueError, "of each of the 2"):
+            pair.step(first[0])
+
+    def test_five_fingers(self):
+        program = BUILD / "bin" / "haptable-precompute"
+        body = haptable.load(haptable.precompute("meshes/cube-hand.toml", self.path / "hand", program=program))
+        self.assertEqual(body.fingers, 5)
+        angle = 2 * np.pi * np.arange(5) / 5
+        out = np.stack([np.cos(angle), np.sin(angle), 0 * angle], 1)
+        reach = np.linspace(0.016, 0.0135, 100)[:, None] / np.abs(out[:, :2]).max(1)
+        path = np.float32([0.015, 0.015, 0.02] + reach[:, :, None] * out)
+        felt = body.hands().replay(*path.transpose(1, 0, 2))
+        self.assertEqual(felt["state"][-1].tolist(), [2] * 5)
+        # Each is pushed outwards, out of the body; all together hardly push it aside.
+        push = np.einsum("ij,ij->i", felt["force"][-1], out)
+        self.assertGreater(push.min(), 0.01)
+        self.assertLess(np.linalg.norm(felt["force"][-1, :, :2].sum(0)), 0.2 * push.sum())
 
     def test_a_tool(self):
         with self.assertRaisesRegex(haptable.HaptableError, "has no tool"):
@@ -312,7 +329,7 @@ class Package(unittest.TestCase):
         self.assertTrue(body.free)
         with self.assertRaisesRegex(ValueError, "nothing holds it"):
             body.poke((0, 0.015, 0.015), 0.001, (1, 0, 0))
-        pair, held = body.pair(), 0.0
+        pair, held = body.hands(), 0.0
         for tick in range(2500):  # squeezed from two sides, lifted by 16 mm, and held
             inwards, up = 4e-6 * min(tick, 400) - 1e-4, 2e-5 * min(max(tick - 500, 0), 800)
             felt = pair.step((inwards, 0.015, 0.015 + up), (0.03 - inwards, 0.015, 0.015 + up))

@@ -21,7 +21,7 @@ Bytes operator+(Bytes a, const Bytes& b) {
 }
 
 template <std::size_t n>
-bool same_bits(const float (&a)[n], const float (&b)[n]) {
+bool same_floats(const float (&a)[n], const float (&b)[n]) {
     return std::memcmp(a, b, sizeof a) == 0;
 }
 
@@ -156,23 +156,23 @@ TEST(LineFrame, ComesOutAsItWentIn) {
         EXPECT_EQ(got_state.time_us, state.time_us);
         EXPECT_EQ(got_state.begins, 1);
         for (int f = 0; f < parts.fingers; ++f) {
-            EXPECT_TRUE(same_bits(got_state.in[f].finger_m, state.in[f].finger_m));
+            EXPECT_TRUE(same_floats(got_state.in[f].finger_m, state.in[f].finger_m));
             EXPECT_EQ(got_state.in[f].buttons, state.in[f].buttons);
             EXPECT_EQ(got_state.in[f].is_there, f);
             const haptable_output &a = got.out[f], &b = answer.out[f];
             EXPECT_TRUE(a.state == b.state && a.faults == b.faults && a.patch == HAPTABLE_NONE);
             EXPECT_EQ(std::memcmp(a.vertex, b.vertex, sizeof a.vertex), 0);
-            EXPECT_TRUE(same_bits(a.alpha, b.alpha) && same_bits(a.god_object_m, b.god_object_m));
-            EXPECT_TRUE(same_bits(a.force_n, b.force_n));
+            EXPECT_TRUE(same_floats(a.alpha, b.alpha) && same_floats(a.god_object_m, b.god_object_m));
+            EXPECT_TRUE(same_floats(a.force_n, b.force_n));
             EXPECT_EQ(std::memcmp(a.nodal_force_n, b.nodal_force_n, sizeof a.nodal_force_n), 0);
         }
         const haptable_line_answer none{};
         const haptable_body_pose& pose = parts.is_free ? answer.pose : none.pose;
-        EXPECT_TRUE(same_bits(got.pose.position_m, pose.position_m) && same_bits(got.pose.turn, pose.turn));
-        EXPECT_TRUE(same_bits(got.pose.velocity_m_per_s, pose.velocity_m_per_s));
-        EXPECT_TRUE(same_bits(got.pose.spin_rad_per_s, pose.spin_rad_per_s));
+        EXPECT_TRUE(same_floats(got.pose.position_m, pose.position_m) && same_floats(got.pose.turn, pose.turn));
+        EXPECT_TRUE(same_floats(got.pose.velocity_m_per_s, pose.velocity_m_per_s));
+        EXPECT_TRUE(same_floats(got.pose.spin_rad_per_s, pose.spin_rad_per_s));
         EXPECT_EQ(got.pose.on_floor, pose.on_floor);
-        EXPECT_TRUE(same_bits(got.q, parts.rings ? answer.q : none.q));
+        EXPECT_TRUE(same_floats(got.q, parts.rings ? answer.q : none.q));
         // One byte less or more is no frame of this scene.
         for (auto& of : frames)
             for (const int more : {-1, 1}) {

@@ -19,7 +19,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kRadius_m = 0.005, kDepth_m = 0.002;
+constexpr double kRadius_m = 0.005, kDent_m = 0.002;
 
 /// K(t) = g(t) K on the nodes of the surface, exactly: e = K u are the loads that would deform the body so at once, and
 /// of a tick in which they go straight, f = rest e + sum share_k h_k with h_k <- h_k + rise_k de - fall_k h_k. What a
@@ -92,7 +92,7 @@ Slid slide(const ElasticBody& body, const RelaxationTerm& term, double speed, do
     finger.to({0.01, y, kTop_m + 1e-5});
     for (int tick = 1; tick <= end; ++tick) {
         const double x = 0.01 + std::max(0, tick - hold) * speed * kTick_s;
-        const double depth_m = kDepth_m * std::min(1.0, double(tick) / press);
+        const double depth_m = kDent_m * std::min(1.0, double(tick) / press);
         finger.to({x, y, kTop_m - depth_m});
         const Vector3d force =
             whole.to(finger.god().x(), finger.god().y(), {0.0, 0.0, finger.at().z() - finger.god().z()});

@@ -60,17 +60,14 @@ public:
         tables_.limits = options.limits;
         model_ = model_in_memory(tables_, body.servo());
         pair_model_ = pair_in_memory(pair_, tables_, model_);
-        tool_.pair = &pair_model_;
-        tool_.couple = pair_.is_exact() ? haptable_pair_couple_exact : haptable_pair_couple_clusters;
-        tool_.pull = pair_.is_exact() ? haptable_pair_pull_exact : haptable_pair_pull_clusters;
-        if (model_.energy != nullptr || model_.frictionless != nullptr) tool_.settle = haptable_tool_settle;
+        haptable_points_model_make(&pair_model_, &tool_.points);
+        tool_.points.count = static_cast<std::uint16_t>(points_.size());
+        haptable_tool_lay_out(&tool_.points);
         tool_.point_m = reinterpret_cast<const float(*)[3]>(points_.data());
-        tool_.point_count = static_cast<std::uint16_t>(points_.size());
         tool_.max_torque_n_m = static_cast<float>(options.max_torque_n_m);
         tool_.stiffness_n_per_m = static_cast<float>(options.stiffness_n_per_m);
         tool_.turn_stiffness_n_m_per_rad = static_cast<float>(options.turn_stiffness_n_m_per_rad);
         for (const auto& r : points_) tool_.reach_m = std::max(tool_.reach_m, float(to_vector(r.data()).norm()));
-        haptable_tool_lay_out(&tool_);
         haptable_tool_scene_make(&model_, &tool_, &scene_);
         begin();
     }
@@ -95,9 +92,16 @@ public:
     }
     Vector3d force() const { return to_vector(out.hand.force_n); }
     Vector3d torque() const { return to_vector(out.torque_n_m); }
-    double energy() const { return double(room_.hand.energy_j); }
-    const haptable_tool_point& point(std::size_t i) const { return room_.point[i]; }
-    haptable_tool_point& point(std::size_t i) { return room_.point[i]; }
+    double energy() const { return double(room_.hand.points.energy_j); }
+    const haptable_point& point(std::size_t i) const { return room_.point[i]; }
+    haptable_point& point(std::size_t i) { return room_.point[i]; }
+    const haptable_servo& servo(std::size_t i) const { return room_.servo[i]; }
+    Vector3d dent(std::size_t i) const { return to_vector(servo(i).finger_m) - to_vector(point(i).at.god_object_m); }
+    /// From the handle to a point, in the world's axes.
+    Vector3d arm(std::size_t i) const {
+        const float* q = room_.hand.turn;
+        return Quaterniond(double(q[0]), double(q[1]), double(q[2]), double(q[3])) * to_vector(points_[i].data());
+    }
     std::size_t count() const { return points_.size(); }
     std::size_t pressing() const {
         std::size_t n = 0;
@@ -119,7 +123,7 @@ private:
     haptable_model model_{};
     haptable_pair_model pair_model_{};
     haptable_tool_model tool_{};
-    haptable_tool_scene scene_{};
+    haptable_points_scene scene_{};
     haptable_tool_room room_{};
     std::uint32_t time_us_ = 0;
 };
@@ -137,17 +141,6 @@ const ElasticBody& cube(ForceLaw force) {
     static const ElasticBody consistent(for_two(cube_scene(5, 0.3)), ForceLaw::kConsistent);
     static const ElasticBody mask(for_two(cube_scene(5, 0.3)), ForceLaw::kPressureMask, 0.01);
     return force == ForceLaw::kConsistent ? consistent : mask;
-}
-
-/// C between two places of the surface, by solves.
-Matrix3d coupling(const ElasticBody& body, const haptable_contact& a, const haptable_contact& b) {
-    const VectorXd v = body.weights(a.patch, to_vector(a.alpha)), w = body.weights(b.patch, to_vector(b.alpha));
-    const MatrixXd& l = body.compliance();
-    Matrix3d c = Matrix3d::Zero();
-    for (Eigen::Index i = 0; i < v.size(); ++i)
-        for (Eigen::Index j = 0; j < w.size(); ++j)
-            if (v[i] != 0.0 && w[j] != 0.0) c += v[i] * w[j] * l.block<3, 3>(3 * i, 3 * j);
-    return c;
 }
 
 TEST(Tool, LoadsAreThoseOfDirectSolvesOfAllPointsThatPress) {
@@ -173,11 +166,11 @@ TEST(Tool, LoadsAreThoseOfDirectSolvesOfAllPointsThatPress) {
             MatrixXd c(3 * n, 3 * n);
             VectorXd u(3 * n), f(3 * n);
             for (Eigen::Index i = 0; i < n; ++i) {
-                const haptable_tool_point& at = tool.point(in[std::size_t(i)]);
-                u.segment<3>(3 * i) = to_vector(at.servo.finger_m) - to_vector(at.at.god_object_m);
+                const haptable_point& at = tool.point(in[std::size_t(i)]);
+                u.segment<3>(3 * i) = tool.dent(in[std::size_t(i)]);
                 f.segment<3>(3 * i) = to_vector(at.load_n);
                 for (Eigen::Index j = 0; j < n; ++j)
-                    c.block<3, 3>(3 * i, 3 * j) = coupling(body, at.at, tool.point(in[std::size_t(j)]).at);
+                    c.block<3, 3>(3 * i, 3 * j) = body.coupling(at.at, tool.point(in[std::size_t(j)]).at);
             }
             const VectorXd wanted = dense::solve(c, u);
             const double error = (f - wanted).norm() / wanted.norm();
@@ -185,20 +178,20 @@ TEST(Tool, LoadsAreThoseOfDirectSolvesOfAllPointsThatPress) {
             most = std::max(most, int(n));
             // A point out of T is outside of the surface as the others dent it.
             for (std::size_t i = 0; i < tool.count(); ++i) {
-                const haptable_tool_point& at = tool.point(i);
+                const haptable_point& at = tool.point(i);
                 if (at.presses || !at.is_inside) continue;
-                Vector3d gap = to_vector(at.servo.finger_m) - to_vector(at.at.god_object_m);
+                Vector3d gap = tool.dent(i);
                 for (Eigen::Index j = 0; j < n; ++j)
-                    gap -= coupling(body, at.at, tool.point(in[std::size_t(j)]).at) * f.segment<3>(3 * j);
+                    gap -= body.coupling(at.at, tool.point(in[std::size_t(j)]).at) * f.segment<3>(3 * j);
                 if (gap.dot(to_vector(at.normal)) > -1e-6 * body.size()) continue;
                 // Or where it would have to pull if it were in T.
                 MatrixXd whole(3 * n + 3, 3 * n + 3);
                 VectorXd dent(3 * n + 3);
                 whole.topLeftCorner(3 * n, 3 * n) = c;
-                dent << u, to_vector(at.servo.finger_m) - to_vector(at.at.god_object_m);
-                whole.bottomRightCorner<3, 3>() = coupling(body, at.at, at.at);
+                dent << u, tool.dent(i);
+                whole.bottomRightCorner<3, 3>() = body.coupling(at.at, at.at);
                 for (Eigen::Index j = 0; j < n; ++j) {
-                    whole.block<3, 3>(3 * n, 3 * j) = coupling(body, at.at, tool.point(in[std::size_t(j)]).at);
+                    whole.block<3, 3>(3 * n, 3 * j) = body.coupling(at.at, tool.point(in[std::size_t(j)]).at);
                     whole.block<3, 3>(3 * j, 3 * n) = whole.block<3, 3>(3 * n, 3 * j).transpose();
                 }
                 const VectorXd all = dense::solve(whole, dent);
@@ -239,7 +232,7 @@ Loop go_around(Tool& tool, int ticks, const Pose& pose) {
         }
         loop.stored_j = std::max(loop.stored_j, tool.energy());
         loop.pressing = std::max(loop.pressing, tool.pressing());
-        loop.sets = std::max(loop.sets, int(tool.state().sets));
+        loop.sets = std::max(loop.sets, int(tool.state().points.sets));
         p0 = p, q0 = q, f0 = f, m0 = m;
     }
     loop.share = loop.gained_j / loop.stored_j;
@@ -278,9 +271,8 @@ TEST(Tool, ClosedLoopsOfThePoseGainNothingWithLeastEnergy) {
         }
 }
 
-/// A point's load on the body, N, and where it acts about the handle, m.
+/// A point's load on the body, N.
 Vector3d load_of(const Tool& tool, std::size_t i) { return to_vector(tool.point(i).load_n); }
-Vector3d arm_of(const Tool& tool, std::size_t i) { return to_vector(tool.point(i).r_m); }
 
 Quaterniond turn_by(const Vector3d& way) {
     return Quaterniond(
@@ -303,7 +295,7 @@ TEST(Tool, TheWrenchIsThatOfThePointsAndDoesNotAskForTheirOrder) {
     Vector3d force = Vector3d::Zero(), torque = Vector3d::Zero();
     for (std::size_t i = 0; i < tool.count(); ++i) {
         force -= load_of(tool, i);
-        torque -= arm_of(tool, i).cross(load_of(tool, i));
+        torque -= tool.arm(i).cross(load_of(tool, i));
     }
     ASSERT_GE(tool.pressing(), 3U);
     const double size = tool.force().norm(), reach = double(tool.model().reach_m);
@@ -344,7 +336,7 @@ TEST(Tool, OfTwoPointsOneAloneIsAFinger) {
             const Vector3d x(0.012 + 1e-5 * tick, 0.014, 0.031 - 1e-5 * tick);
             tool.to(x);
             finger.to(x);
-            ASSERT_EQ(tool.point(0).servo.contact.patch, finger.servo().contact.patch) << tick;
+            ASSERT_EQ(tool.servo(0).contact.patch, finger.servo().contact.patch) << tick;
             const double depth_m = std::max(1e-7, (finger.at() - finger.god()).norm());
             EXPECT_WITHIN((tool.force() - finger.force()).norm(), .count = 32,
                           .epsilon = kFloat * (1.0 + body.size() / depth_m), .condition = 10,
@@ -502,7 +494,7 @@ TEST(Tool, AVirtualCouplingIsASpringBetweenHandAndTool) {
         Vector3d force = Vector3d::Zero(), torque = Vector3d::Zero();
         for (std::size_t i = 0; i < tool.count(); ++i) {
             force -= load_of(tool, i);
-            torque -= arm_of(tool, i).cross(load_of(tool, i));
+            torque -= tool.arm(i).cross(load_of(tool, i));
         }
         ASSERT_GE(tool.pressing(), 3U);
         const Vector3d at = to_vector(tool.out.position_m);
@@ -543,16 +535,16 @@ struct ToolTally {
 class JudgedPoint {
 public:
     explicit JudgedPoint(const Solid& solid) : solid_(solid), where_(solid) {}
-    void check(const haptable_tool_point& point, ToolTally& tally) {
-        const Vector3d x = to_vector(point.servo.finger_m);
-        const haptable_counters& c = point.servo.counters;
+    void check(const haptable_servo& servo, const haptable_point& point, ToolTally& tally) {
+        const Vector3d x = to_vector(servo.finger_m);
+        const haptable_counters& c = servo.counters;
         const std::uint32_t limits = c.walk_limits + c.slide_limits + c.box_limits;
         const bool had_limit = limits != limits_, inside = where_.is_inside(x);
         const bool clear = where_.is_beyond(x, 1e-5 * solid_.size_m());
         limits_ = limits;
         wait_ = had_limit ? HAPTABLE_UNDECIDED_TICKS + HAPTABLE_FADE_TICKS : std::max(0, wait_ - 1);
         if (point.is_inside) {
-            const Vector3d god = to_vector(point.servo.contact.god_object_m), line = x - god;
+            const Vector3d god = to_vector(servo.contact.god_object_m), line = x - god;
             const double left_out = std::min(0.5, 1e-6 * solid_.size_m() / std::max(line.norm(), 1e-30));
             if (!inside && clear && wait_ == 0 && solid_.sees(x, god + left_out * line)) ++tally.outside;
             deep_ = 0;
@@ -602,13 +594,13 @@ void stroke(const ElasticBody& body, const Solid& solid, GodObject god_object, d
             const double t = double(tick++);
             tool.to(Vector3d(double(at[0][0]), double(at[0][1]), double(at[0][2])),
                     turn_by(2.0 * a * std::sin(w * t) + b * std::cos(0.3 * w * t)));
-            for (std::size_t i = 0; i < points.size(); ++i) judged[i].check(tool.point(i), tally);
+            for (std::size_t i = 0; i < points.size(); ++i) judged[i].check(tool.servo(i), tool.point(i), tally);
             if (!(tool.force().allFinite() && tool.torque().allFinite())) ++tally.bad;
             tally.most_pressing = std::max(tally.most_pressing, int(tool.pressing()));
             tally.pressing_ticks += tool.pressing() > 0;
             ++tally.ticks;
         }
-        tally.most_sets = std::max(tally.most_sets, int(tool.state().most_sets));
+        tally.most_sets = std::max(tally.most_sets, int(tool.state().points.most_sets));
         ++tally.strokes;
     }
 }
@@ -640,7 +632,7 @@ TEST(Tool, RandomStrokesLoseNoPointAndPassThroughNone) {
     EXPECT_EQ(tally.bad, 0);
     EXPECT_GT(tally.pressing_ticks, tally.ticks / 10);
     EXPECT_GE(tally.most_pressing, 4);
-    EXPECT_LE(tally.most_sets, HAPTABLE_TOOL_MOST_SETS);
+    EXPECT_LE(tally.most_sets, HAPTABLE_POINTS_MOST_SETS);
 }
 
 struct ToolCase {

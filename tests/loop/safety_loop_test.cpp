@@ -18,7 +18,7 @@ namespace {
 /// Down, along, a glitch of the encoder, a grab that is held on the way out and pulls.
 FingerTick tick_of(int tick) {
     const double s = tick / 1000.0;
-    FingerTick at{{0.008 + 0.01 * s, 0.013, 0.0305 - 0.004 * std::sin(8.0 * s)}, 0};
+    FingerTick at{{{0.008 + 0.01 * s, 0.013, 0.0305 - 0.004 * std::sin(8.0 * s)}, 0}};
     if (tick == 300) at.position_m[2] -= 0.025;
     if (tick > 370 && tick < 430) at.buttons = HAPTABLE_BUTTON_GRAB;
     return at;

@@ -37,7 +37,7 @@ protected:
     static std::vector<std::array<Vector3d, 2>> read(const std::string& path) {
         std::vector<std::array<Vector3d, 2>> fingers;
         for (const FingerTick& tick : read_finger_ticks(kCases / (path + ".csv"), Positions::any)) {
-            const auto& second = tick.second_m.value_or(std::array<double, 3>{});
+            const auto second = tick.others.empty() ? std::array<double, 3>{} : tick.others[0].position_m;
             fingers.push_back({Vector3d(tick.position_m.data()), Vector3d(second.data())});
         }
         return fingers;

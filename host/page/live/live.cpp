@@ -53,7 +53,7 @@ public:
     LiveSession(const TablesFolder& folder, const LiveOptions& options)
         : options_(options),
           scene_(folder),
-          fingers_(scene_.pair() != nullptr ? kFingers : 1),
+          fingers_(scene_.pair() != nullptr ? HAPTABLE_FINGERS : 1),
           is_free_(scene_.body() != nullptr),
           modes_(scene_.modes() != nullptr ? scene_.modes()->count : 0),
           ticks_(scene_.tables(), scene_.servo(), scene_.model().hash, fingers_, is_free_, modes_),

@@ -66,7 +66,7 @@ void LineStepper::make_frame(std::uint32_t time_us) {
     sent_us_ = time_us;
     frame_ = {};
     frame_.time_us = time_us;
-    for (std::size_t finger = 0; finger < kFingers; ++finger) {
+    for (std::size_t finger = 0; finger < finger_count(); ++finger) {
         if (!in_[finger]) continue;
         haptable_input& to = frame_.in[finger];
         to.is_there = 1;

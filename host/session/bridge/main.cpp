@@ -67,6 +67,12 @@ void require_finger(const LoadedScene& scene) {
                     ": its hand holds a tool, and the line to a target has no orientation: run its servo here "
                     "(build/" +
                     scene.tables().name + "/servo), or remove [tool] from the scene");
+    if (scene.pair() != nullptr && scene.pair()->finger_count > HAPTABLE_FINGERS)
+        throw Error(
+            fmt::format("{}: has {} fingers, and the line to a target takes {}: run its servo here "
+                        "(build/{}/servo), or write fingers = {} in [contact]",
+                        scene.folder().text(), scene.pair()->finger_count, HAPTABLE_FINGERS, scene.tables().name,
+                        HAPTABLE_FINGERS));
 }
 
 Line open_line(const Options& o) {

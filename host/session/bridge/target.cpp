@@ -20,7 +20,7 @@ haptable_body_state body_of(const haptable_body_pose& pose) {
 TargetAnswer answer_of(std::uint32_t sequence, const haptable_line_answer& said) {
     TargetAnswer answer;
     answer.sequence = sequence;
-    std::copy_n(said.out, kFingers, answer.output.begin());
+    std::copy_n(said.out, HAPTABLE_FINGERS, answer.output.begin());
     answer.body = body_of(said.pose);
     std::copy_n(said.q, HAPTABLE_MODES, answer.modes.q);
     return answer;

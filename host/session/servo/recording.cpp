@@ -25,11 +25,12 @@ bool is_log(const std::filesystem::path& file) {
 
 RecordedTick tick_of(const FingerTick& line, std::int64_t number, bool begins) {
     RecordedTick tick{number, static_cast<std::uint32_t>(number) * HAPTABLE_TICK_US};
-    if (!line.is_away)
-        tick.finger[0] = RecordedFinger{.position_m = line.position_m, .buttons = line.buttons, .begins = begins};
+    for (std::size_t i = 0; i < line.fingers(); ++i) {
+        const FingerPlace& at = line.finger(i);
+        if (!at.is_away)
+            tick.finger[i] = RecordedFinger{.position_m = at.position_m, .buttons = at.buttons, .begins = begins};
+    }
     if (line.turn && tick.finger[0]) tick.finger[0]->turn = to_turn(line.turn->data());
-    if (line.second_m && !line.is_second_away)
-        tick.finger[1] = RecordedFinger{.position_m = *line.second_m, .buttons = line.second_buttons, .begins = begins};
     return tick;
 }
 
@@ -40,7 +41,7 @@ Recording read_csv(const std::filesystem::path& file) {
         const auto number = is_numbered ? line.number : static_cast<std::int64_t>(recording.ticks.size());
         // A servo counts its ticks anew with each device.
         const bool begins = is_numbered && !recording.ticks.empty() && number <= recording.ticks.back().number;
-        if (line.second_m) recording.fingers = 2;
+        recording.fingers = std::max(recording.fingers, line.fingers());
         recording.has_tool |= line.turn.has_value();
         recording.ticks.push_back(tick_of(line, number, begins));
     }
@@ -133,7 +134,7 @@ private:
 
     void add_finger(const Asked& asked, std::int64_t utime, std::optional<std::array<float, 3>> force_n) {
         Side& side = side_[asked.finger];
-        const bool has_servo_time = is_simulated(asked.state) || recording_.fingers == 2 || asked.finger > 0;
+        const bool has_servo_time = is_simulated(asked.state) || recording_.fingers > 1 || asked.finger > 0;
         // One finger has the state's time, which is before the servo's answer; times of two must ascend.
         const std::int64_t at = has_servo_time ? utime : asked.logged_utime;
         Answered answered{{}, asked.state.seq, static_cast<std::uint32_t>(at)};
@@ -143,7 +144,7 @@ private:
         answered.finger.begins = begins(side, asked.state);
         answered.finger.force_n = force_n;
         keep(joined_.add(asked.finger, utime, answered));
-        if (asked.finger > 0) recording_.fingers = 2;
+        recording_.fingers = std::max(recording_.fingers, asked.finger + 1);
         side.last = asked.state;
         side.is_there = true;
         unanswered_.clear();

@@ -8,6 +8,8 @@
 #include <optional>
 #include <vector>
 
+#include "host/link/messages.hpp"
+
 namespace haptable {
 
 /// A finger in a tick.
@@ -23,12 +25,12 @@ struct RecordedTick {
     std::int64_t number =
         0;  ///< seq of the state, of two fingers the tick's; of a servo's CSV its tick, of a path its line
     std::uint32_t time_us = 0;
-    std::array<std::optional<RecordedFinger>, 2> finger{};  ///< none: without a device, or silent
+    std::array<std::optional<RecordedFinger>, kFingers> finger{};  ///< none: without a device, or silent
 };
 
 struct Recording {
     std::vector<RecordedTick> ticks;
-    int fingers = 1;                ///< 2: a second one is in it
+    std::size_t fingers = 1;        ///< that are in it
     bool has_tool = false;          ///< of a tool's hand: with its orientation
     bool is_log = false;            ///< of a session; the ticks' numbers are those of states
     std::uint64_t tables_hash = 0;  ///< of the servo that answered; 0: the record does not say
@@ -37,7 +39,7 @@ struct Recording {
 
 /// Reads a log: answered states, each once, in the order of their answers; without any answer all states. In
 /// lockstep they have the times that the servo had; in real time those of the log, which the servo's came near to.
-/// Two fingers: answers with one utime are one tick, and who was answered is there until its answer says silent.
+/// Of several fingers: answers with one utime are one tick, and who was answered is there until its answer says silent.
 /// Throws Error for a file that is none of the three.
 Recording read_recording(const std::filesystem::path& file);
 

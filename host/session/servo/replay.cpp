@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "host/session/servo/replay.hpp"
 
+#include <fmt/format.h>
+
 #include <cstring>
 
 #include "host/base/progress.hpp"
@@ -18,7 +20,11 @@ std::optional<FingerInput> input(const std::optional<RecordedFinger>& finger) {
     return FingerInput{to_finger(finger->position_m.data()), finger->buttons, finger->begins, finger->turn};
 }
 
-FingerInputs inputs(const RecordedTick& tick) { return {input(tick.finger[0]), input(tick.finger[1])}; }
+FingerInputs inputs(const RecordedTick& tick) {
+    FingerInputs in;
+    for (std::size_t finger = 0; finger < kFingers; ++finger) in[finger] = input(tick.finger[finger]);
+    return in;
+}
 
 void compare(const RecordedTick& tick, const LocalStepper& fingers, ReplayReport& report) {
     for (std::size_t finger = 0; finger < kFingers; ++finger) {
@@ -33,9 +39,11 @@ void compare(const RecordedTick& tick, const LocalStepper& fingers, ReplayReport
 
 /// The scene as the recording needs it: a path of one finger is felt as in a scene with one.
 ServoScene scene_for(ServoScene scene, const Recording& recording) {
-    if (recording.fingers == 2 && scene.pair == nullptr)
-        throw Error(std::string("the path has two fingers, and the scene ") + scene.name +
-                    " has one: write fingers = 2 in [contact] and make it again");
+    if (recording.fingers > fingers_of(scene))
+        throw Error(
+            fmt::format("the path has {0} fingers, and the scene {1} has {2}: write fingers = {0} in [contact] "
+                        "and make it again",
+                        recording.fingers, scene.name, fingers_of(scene)));
     if (recording.has_tool != (scene.tool != nullptr))
         throw Error(std::string("the path has ") + (recording.has_tool ? "the" : "no") +
                     " orientation of a tool, and the scene " + scene.name +
@@ -64,7 +72,7 @@ public:
 
     ReplayReport finish() {
         static_cast<ServoReport&>(report_) = fingers_.report(0);
-        if (fingers_.finger_count() == 2) report_.second = fingers_.report(1);
+        for (std::size_t i = 1; i < fingers_.finger_count(); ++i) report_.others.push_back(fingers_.report(i));
         report_.most_given_j = fingers_.most_given_j();
         if (record_) record_->finish();
         return report_;

@@ -12,11 +12,11 @@
 namespace haptable {
 
 struct ReplayReport : ServoReport {
-    std::int64_t compared = 0;               ///< ticks whose force the record has
-    std::int64_t other_forces = 0;           ///< of these, whose force is another now, be it in one bit
-    std::int64_t first_other = -1;           ///< number of the first of them
-    std::optional<ServoReport> second = {};  ///< of a second finger
-    double most_given_j = 0.0;               ///< to both hands together, the largest so far
+    std::int64_t compared = 0;             ///< ticks whose force the record has
+    std::int64_t other_forces = 0;         ///< of these, whose force is another now, be it in one bit
+    std::int64_t first_other = -1;         ///< number of the first of them
+    std::vector<ServoReport> others = {};  ///< of fingers 2 and on
+    double most_given_j = 0.0;             ///< to both hands together, the largest so far
 };
 
 /// Steps the servo through a recording and writes its CSV to `out`, whole or not at all; nothing where `out` is empty.

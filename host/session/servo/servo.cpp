@@ -131,10 +131,8 @@ void run_replay(const ServoScene& scene, const Options& o) {
     if (report.counters.contact_ticks == 0 && !o.quiet) tell_no_contact(scene, o, report.counters.implausible);
     SummaryLines summary = head(scene);
     add_report(report, "", summary);
-    if (report.second) {
-        add_report(*report.second, kFingerSuffix[1], summary);
-        summary.add("energy_most_given_to_both_j", report.most_given_j);
-    }
+    for (std::size_t i = 0; i < report.others.size(); ++i) add_report(report.others[i], kFingerSuffix[i + 1], summary);
+    if (!report.others.empty()) summary.add("energy_most_given_to_both_j", report.most_given_j);
     if (report.compared > 0) {
         summary.add("compared_forces", report.compared);
         summary.add("other_forces", report.other_forces);

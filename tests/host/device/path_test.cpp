@@ -106,7 +106,7 @@ TEST(ScriptedPath, RefusesWhatItCannotDo) {
 }
 
 TEST(RecordedPath, GoesThroughItsPositions) {
-    const auto path = recorded_path({{{0.0, 0.0, 0.0}, 0}, {{1e-3, 0.0, 0.0}, 2}, {{1e-3, 2e-3, 0.0}, 0}});
+    const auto path = recorded_path({{{{0.0, 0.0, 0.0}, 0}}, {{{1e-3, 0.0, 0.0}, 2}}, {{{1e-3, 2e-3, 0.0}, 0}}});
     EXPECT_WITHIN(std::abs(path->duration_s() - 3e-3), .count = 8, .size = 3e-3);
     EXPECT_WITHIN((path->at(0.5e-3).position_m - Vector3d(0.5e-3, 0.0, 0.0)).norm(), .count = 8, .size = 1e-3);
     EXPECT_WITHIN((path->at(0.5e-3).velocity_m_s - Vector3d(1.0, 0.0, 0.0)).norm(), .count = 8, .size = 1.0);

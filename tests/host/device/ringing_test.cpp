@@ -113,7 +113,7 @@ double speed_after_two_seconds(double stiffness_n_per_m) {
         connection.publish(channel_of<servo_force>(), force);
     });
     const double begin_m = 0.5 * std::sqrt(Device().mass_kg[0] / stiffness_n_per_m);
-    const auto path = recorded_path({FingerTick{{0.0, 0.0, 0.0}}});
+    const auto path = recorded_path({FingerTick{}});
     SessionOptions options;
     options.lockstep = true;
     options.seconds = 2.0;

@@ -346,8 +346,10 @@ TEST_F(Library, TwoFingersHaveTheServosBits) {
     const auto* const seconds = reinterpret_cast<const float(*)[3]>(second_m.data());
     const Fingers fingers(haptable_fingers_new(object.get()));
     std::vector<std::array<haptable_touch, 2>> felt(first_m.size());
-    haptable_fingers_replay(fingers.get(), firsts, seconds, first_m.size(), 0,
-                            reinterpret_cast<haptable_touch(*)[2]>(felt.data()));
+    std::vector<std::array<float, 3>> both_m;
+    for (std::size_t i = 0; i < first_m.size(); ++i) both_m.insert(both_m.end(), {first_m[i], second_m[i]});
+    haptable_fingers_replay(fingers.get(), reinterpret_cast<const float(*)[3]>(both_m.data()), first_m.size(), 0,
+                            felt[0].data());
     std::size_t both = 0;
     for (std::size_t i = 0; i < first_m.size(); ++i) {
         haptable_input in[2]{};
@@ -371,7 +373,8 @@ TEST_F(Library, TwoFingersHaveTheServosBits) {
     const Finger alone(haptable_finger_new(object.get()));
     for (std::size_t i = 0; i < first_m.size(); ++i) {
         haptable_touch expected{}, touch[2]{};
-        haptable_fingers_step(half.get(), nullptr, seconds[i], static_cast<std::uint32_t>(1000 * i), touch);
+        const float* const each_m[] = {nullptr, seconds[i]};
+        haptable_fingers_step(half.get(), each_m, static_cast<std::uint32_t>(1000 * i), touch);
         haptable_finger_step(alone.get(), seconds[i], static_cast<std::uint32_t>(1000 * i), &expected);
         ASSERT_EQ(std::memcmp(&touch[1], &expected, sizeof expected), 0) << i;
         ASSERT_EQ(touch[0].state, std::uint32_t{HAPTABLE_TOUCH_SILENT});
@@ -422,7 +425,8 @@ TEST_F(Library, MovesAFreeBodyAsASessionDoes) {
         const float first_m[3] = {in_m, 0.015F, 0.015F + up_m}, second_m[3] = {0.03F - in_m, 0.015F, 0.015F + up_m};
         const bool second_there = tick < 1300;
         haptable_touch touch[2];
-        haptable_fingers_step(fingers.get(), first_m, second_there ? second_m : nullptr, 1000 * tick, touch);
+        const float* const each_m[] = {first_m, second_there ? second_m : nullptr};
+        haptable_fingers_step(fingers.get(), each_m, 1000 * tick, touch);
         FingerInputs in{FingerInput{std::to_array(first_m)}};
         if (second_there) in[1] = FingerInput{std::to_array(second_m)};
         session.tick(in, 1000 * tick);
@@ -534,7 +538,8 @@ TEST_F(Library, TwoFingersRingAsASessionDoes) {
             const std::array<float, 3> second_m{0.022F, 0.014F, path[(i + 40) % path.size()][2]};
             const bool second_there = i % 200 > 30;
             haptable_touch touch[2];
-            haptable_fingers_step(fingers.get(), path[i].data(), second_there ? second_m.data() : nullptr, us, touch);
+            const float* const each_m[] = {path[i].data(), second_there ? second_m.data() : nullptr};
+            haptable_fingers_step(fingers.get(), each_m, us, touch);
             FingerInputs in{FingerInput{path[i]}};
             if (second_there) in[1] = FingerInput{second_m};
             session.tick(in, us);

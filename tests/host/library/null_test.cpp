@@ -47,9 +47,10 @@ TEST(LibraryNull, IsAnErrorEverywhere) {
     haptable_finger_swung(nullptr, swung);
     EXPECT_EQ(haptable_finger_counter(nullptr, 0), 0U);
     EXPECT_EQ(haptable_fingers_new(nullptr), nullptr);
-    haptable_fingers_step(nullptr, x, x, 0, two);
+    const float* const each[] = {x, x};
+    haptable_fingers_step(nullptr, each, 0, two);
     haptable_fingers_buttons(nullptr, 0, 2);
-    haptable_fingers_replay(nullptr, at, at, 1, 0, &two);
+    haptable_fingers_replay(nullptr, at, 1, 0, two);
     EXPECT_EQ(haptable_fingers_energy(nullptr, 0).given_j, 0.0);
     haptable_fingers_swung(nullptr, swung);
     EXPECT_EQ(haptable_fingers_pose(nullptr).on_floor, 0U);

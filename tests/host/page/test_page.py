@@ -101,7 +101,7 @@ def page(tmp_path, browser, need):
 
 def expect_felt(body, rows) -> None:
     pair = body.fingers == 2
-    servo = body.pair() if pair else body.servo()
+    servo = body.hands() if pair else body.servo()
     suffixes = ["", "2"][:body.fingers]
 
     def columns(name, of="", letters="xyz") -> np.ndarray:
@@ -407,7 +407,7 @@ def test_one_finger_feels_the_other(page):
     page.let_go(*other)
     page.until("haptable.frame().second.state === 1")
     page.browser.key("r")
-    rows, alone, apart = page.recorded(), page.body.pair(), []
+    rows, alone, apart = page.recorded(), page.body.hands(), []
     for row in rows:
         first, _ = alone.step(np.float32([row["x"], row["y"], row["z"]]) if row["state"] else None, None)
         if row["state"] == row["state2"] == 2:

@@ -167,18 +167,18 @@ TEST_F(ViewContactMessages, TwoFingersAreOneFrame) {
     const auto frames = read_contact_log(log_, *loads_, {.every_ms = 1, .ticks = {}}).frames;
     ASSERT_EQ(frames.size(), 5U);
     for (std::size_t i = 0; i < 3; ++i) {
-        ASSERT_TRUE(frames[i].second) << i;
-        EXPECT_EQ(frames[i].second->finger_m[0], 0.02);
-        EXPECT_EQ(frames[i].second->force_n[2], -3.5);
+        ASSERT_FALSE(frames[i].others.empty()) << i;
+        EXPECT_EQ(frames[i].others[0].finger_m[0], 0.02);
+        EXPECT_EQ(frames[i].others[0].force_n[2], -3.5);
         EXPECT_EQ(frames[i].finger_m[0], 0.0);
         ASSERT_EQ(frames[i].loads.size(), 4U);
         EXPECT_EQ(frames[i].loads[0].node, 112);
         EXPECT_EQ(frames[i].loads[3].node, 88);
     }
     EXPECT_EQ(frames[0].number, 0);
-    ASSERT_TRUE(frames[3].second) << "it touches nothing, and is where it is";
-    EXPECT_FALSE(frames[3].second->contact);
-    EXPECT_EQ(frames[3].second->finger_m[0], 0.02);
+    ASSERT_FALSE(frames[3].others.empty()) << "it touches nothing, and is where it is";
+    EXPECT_FALSE(frames[3].others[0].contact);
+    EXPECT_EQ(frames[3].others[0].finger_m[0], 0.02);
     EXPECT_EQ(frames[4].loads.size(), 2U);
 }
 
@@ -187,7 +187,7 @@ TEST_F(ViewContactMessages, ASecondFingerAloneIsAFrame) {
     const auto frames = read_contact_log(log_, *loads_, {.every_ms = 1, .ticks = {}}).frames;
     ASSERT_EQ(frames.size(), 2U);
     EXPECT_TRUE(frames[1].contact);
-    EXPECT_FALSE(frames[1].second);
+    EXPECT_TRUE(frames[1].others.empty());
 }
 
 TEST_F(ViewContactMessages, ALongPauseAndANewSessionAreCutOut) {

@@ -107,16 +107,16 @@ TEST_F(ViewPicture, ShowsTwoFingersInTheirColours) {
     ContactFrame both;
     both.finger_known = true;
     both.finger_m = {0.008, 0.004, 0.045};
-    both.second = {.finger_m = {0.024, 0.004, 0.045}};
+    both.others = {{.finger_m = {0.024, 0.004, 0.045}}};
     Painter painter(tables_, folder_.path(), {}, true);
     Ranges ranges;
     painter.measure(both, ranges);
-    EXPECT_TRUE(ranges.second);
+    EXPECT_EQ(ranges.fingers, 2U);
     const Image image = painter.paint(both, ranges);
     const auto seen = [&](const Vector3d& at) {
         return hue(color_at(image, painter.renderer().camera().pixel(at.cast<float>())));
     };
-    const auto first = seen(both.finger_m), second = seen(both.second->finger_m);
+    const auto first = seen(both.finger_m), second = seen(both.others[0].finger_m);
     EXPECT_LT((first - hue(kFingerColor[0])).norm(), 0.5F * (first - hue(kFingerColor[1])).norm());
     EXPECT_LT((second - hue(kFingerColor[1])).norm(), 0.5F * (second - hue(kFingerColor[0])).norm());
 }

@@ -94,13 +94,13 @@ TEST(ViewPose, ACsvOfTwoFingersLoadsBoth) {
                    "2,0.1,0,0,0,-1,-1,-1,0,0,0,0.1,0,0,0,0,0,0,1,0,nan,nan,nan,0,-1,-1,-1,0,0,0,0,0,0,0,0,0,0,0,0\n");
     const auto frames = read_servo_csv(folder.path() / "servo.csv", loads, {.every_ms = 1, .ticks = {}});
     ASSERT_EQ(frames.size(), 3U);
-    ASSERT_TRUE(frames[1].second) << "free, it is drawn";
-    EXPECT_EQ(frames[1].second->finger_m.z(), 0.06);
-    EXPECT_FALSE(frames[1].second->contact);
+    ASSERT_FALSE(frames[1].others.empty()) << "free, it is drawn";
+    EXPECT_EQ(frames[1].others[0].finger_m.z(), 0.06);
+    EXPECT_FALSE(frames[1].others[0].contact);
     EXPECT_TRUE(frames[1].loads.empty());
-    EXPECT_FALSE(frames[2].second) << "nowhere";
-    ASSERT_TRUE(frames[0].second && frames[0].second->contact);
-    EXPECT_EQ(frames[0].second->god_object_m.z(), 0.012);
+    EXPECT_TRUE(frames[2].others.empty()) << "nowhere";
+    ASSERT_TRUE(!frames[0].others.empty() && frames[0].others[0].contact);
+    EXPECT_EQ(frames[0].others[0].god_object_m.z(), 0.012);
     Vector3d sum = Vector3d::Zero();
     for (const NodalForce& load : frames[0].loads)
         for (int c = 0; c < 3; ++c) sum[c] += double(load.force_n[static_cast<std::size_t>(c)]);

@@ -9,8 +9,8 @@
  */
 #include "haptable_contact.h"
 #include "haptable_pair_terms.h"
+#include "haptable_points.h"
 #include "haptable_surface.h"
-#include "haptable_tool.h"
 
 /* Points that would move by less rest: this part of tolerance_m. */
 #define REST 0.25f
@@ -21,22 +21,23 @@
 /* -dE/db of every point that presses, by its alpha_1 and alpha_2: e_b . f_i + f_i . (1/2 C_ii,b f_i + sum_j C_ij,b
  * f_j).
  */
-static void find_falls(const struct haptable_tool_model* tool, const struct haptable_tool_point point[],
-                       float (*fall_j)[2]) {
-    const struct haptable_pair_model* pair = tool->pair;
-    for (uint32_t i = 0; i < tool->point_count; ++i) {
-        const struct haptable_tool_point* at = &point[i];
+static void find_falls(const struct haptable_points_model* of, void* state, float (*fall_j)[2]) {
+    const struct haptable_pair_model* pair = of->pair;
+    const struct haptable_servo* servo = haptable_points_servos(of, state);
+    const struct haptable_point* point = haptable_points_in(of, state);
+    for (uint32_t i = 0; i < of->count; ++i) {
+        const struct haptable_point* at = &point[i];
         struct haptable_pair_point own;
         struct haptable_pair_slope slope;
         if (!at->presses) continue;
-        pair->bend->open(pair->model, &at->at, at->servo.finger_m, &own);
+        pair->bend->open(pair->model, &at->at, servo[i].finger_m, &own);
         pair->bend->slope(pair->model, &at->at, &own, at->load_n, 0, &slope);
         fall_j[i][0] = -slope.first_j[0];
         fall_j[i][1] = -slope.first_j[1];
         for (uint32_t j = 0; j < i; ++j) {
             float q[HAPTABLE_PAIR_CONTROLS], r[HAPTABLE_PAIR_CONTROLS];
             if (!point[j].presses) continue;
-            tool->pull(pair, &at->place, &point[j].place, at->load_n, point[j].load_n, q, r);
+            of->pull(pair, &at->place, &point[j].place, at->load_n, point[j].load_n, q, r);
             haptable_pair_add_slope(pair->law, &at->at, q, fall_j[i]);
             haptable_pair_add_slope(pair->law, &point[j].at, r, fall_j[j]);
         }
@@ -56,16 +57,16 @@ static void along_plane(const float e[2][3], const float fall_j[2], float t[3]) 
 }
 
 /* What makes a point slide: minus the slope of E along the surface, N, less what friction bears. */
-static void excess_of(const struct haptable_tool_model* tool, const struct haptable_tool_point point[], uint32_t i,
+static void excess_of(const struct haptable_points_model* of, const struct haptable_point point[], uint32_t i,
                       const float fall_j[2], float excess_n[3]) {
-    const struct haptable_model* model = tool->pair->model;
-    const struct haptable_tool_point* at = &point[i];
+    const struct haptable_model* model = of->pair->model;
+    const struct haptable_point* at = &point[i];
     float e[2][3], normal[3];
     patch_frame(model, at->at.patch, e[0], e[1], normal);
     const float length2 = vec_length2(normal);
     vec_scale(vec_inverse_root(length2 > HAPTABLE_ROOT_LEAST ? length2 : HAPTABLE_ROOT_LEAST), normal);
     const float along = vec_dot(at->load_n, normal);
-    if (tool->pair->bend) {
+    if (of->pair->bend) {
         along_plane((const float(*)[3])e, fall_j, excess_n);
     } else {
         vec_copy(at->load_n, excess_n);
@@ -82,50 +83,49 @@ static void excess_of(const struct haptable_tool_model* tool, const struct hapta
 }
 
 /* To where the surface would meet a point that is out of T, from where its god-object is. */
-static void way_out(const struct haptable_tool_model* tool, struct haptable_tool_state* state, uint32_t i,
-                    float way_m[3]) {
-    const struct haptable_tool_point* point = &haptable_tool_points(tool, state)[i];
+static void way_out(const struct haptable_points_model* of, void* state, uint32_t i, float way_m[3]) {
+    const struct haptable_point* point = &haptable_points_in(of, state)[i];
     float lowered_m[3];
-    haptable_tool_lowered(tool, state, i, lowered_m);
-    vec_sub(point->servo.finger_m, lowered_m, way_m);
+    haptable_points_lowered(of, state, i, lowered_m);
+    vec_sub(haptable_points_servos(of, state)[i].finger_m, lowered_m, way_m);
     vec_sub(way_m, point->at.god_object_m, way_m);
 }
 
 enum going { NONE_GOES, NONE_THAT_PRESSES_GOES, SOME_GO };
 
 /* How far each point would go, and whether one goes farther than it may rest. before: way_m is 0. */
-static enum going foresee(const struct haptable_tool_model* tool, struct haptable_tool_state* state,
-                          float (*way_m)[3]) {
-    struct haptable_tool_point* point = haptable_tool_points(tool, state);
+static enum going foresee(const struct haptable_points_model* of, void* state, float (*way_m)[3]) {
+    struct haptable_point* point = haptable_points_in(of, state);
+    const struct haptable_points* all = haptable_points_of(of, state);
     float load_n[HAPTABLE_POINTS][3] = {{0.0f}};
     float excess_n[HAPTABLE_POINTS][3] = {{0.0f}};
     float falls_j[HAPTABLE_POINTS][2] = {{0.0f}};
-    const float rest_m = REST * tool->pair->model->tolerance_m;
+    const float rest_m = REST * of->pair->model->tolerance_m;
     float fall_j = 0.0f;
     enum going goes = NONE_GOES;
-    if (tool->pair->bend) find_falls(tool, point, falls_j);
-    for (uint32_t i = 0; i < tool->point_count; ++i) {
+    if (of->pair->bend) find_falls(of, state, falls_j);
+    for (uint32_t i = 0; i < of->count; ++i) {
         if (!point[i].is_inside) continue;
         if (point[i].presses)
-            excess_of(tool, point, i, falls_j[i], excess_n[i]);
+            excess_of(of, point, i, falls_j[i], excess_n[i]);
         else
-            way_out(tool, state, i, way_m[i]);
+            way_out(of, state, i, way_m[i]);
     }
-    for (uint32_t i = 0; i < tool->point_count; ++i) {
+    for (uint32_t i = 0; i < of->count; ++i) {
         vec_copy(point[i].load_n, load_n[i]);
         vec_copy(excess_n[i], point[i].load_n);
     }
-    for (uint32_t i = 0; i < tool->point_count; ++i) {
+    for (uint32_t i = 0; i < of->count; ++i) {
         float with_m[3]; /* as far as the surface goes with those that slide */
         if (!point[i].is_inside) continue;
         if (point[i].presses && !(vec_length2(excess_n[i]) > 0.0f)) continue; /* it holds the surface */
-        haptable_tool_lowered(tool, state, i, with_m);
+        haptable_points_lowered(of, state, i, with_m);
         vec_add(way_m[i], with_m, way_m[i]);
         if (point[i].presses) fall_j += 0.5f * vec_dot(way_m[i], excess_n[i]);
     }
-    for (uint32_t i = 0; i < tool->point_count; ++i) {
+    for (uint32_t i = 0; i < of->count; ++i) {
         vec_copy(load_n[i], point[i].load_n);
-        if (point[i].presses && !(fall_j > LEAST_FALL * state->energy_j)) vec_zero(way_m[i]);
+        if (point[i].presses && !(fall_j > LEAST_FALL * all->energy_j)) vec_zero(way_m[i]);
         if (!(vec_length2(way_m[i]) > rest_m * rest_m)) continue;
         if (point[i].presses)
             goes = SOME_GO;
@@ -137,39 +137,48 @@ static enum going foresee(const struct haptable_tool_model* tool, struct haptabl
 
 /* Goes that part of the way from where each was. The walks of a tick share HAPTABLE_WALK_STEPS: one that needs more
  * ends on the surface where it is. */
-static void go(const struct haptable_tool_model* tool, struct haptable_tool_state* state, uint32_t count,
+static void go(const struct haptable_points_model* of, void* state, uint32_t count,
                const struct haptable_contact from[], const float (*way_m)[3], float part) {
-    struct haptable_tool_point* point = haptable_tool_points(tool, state);
+    struct haptable_point* point = haptable_points_in(of, state);
     for (uint32_t i = 0; i < count; ++i) {
         float to_m[3];
-        int steps = HAPTABLE_WALK_STEPS - HAPTABLE_TOOL_WALK_STEPS;
+        int steps = HAPTABLE_WALK_STEPS - HAPTABLE_POINTS_WALK_STEPS;
         if (!point[i].is_inside || !(vec_length2(way_m[i]) > 0.0f)) continue;
         point[i].at = from[i];
         vec_copy(from[i].god_object_m, to_m);
         vec_add_scaled(part, way_m[i], to_m);
-        if (part > 0.0f) (void)haptable_contact_slide(tool->pair->model, to_m, &point[i].at, &steps);
+        if (part > 0.0f) (void)haptable_contact_slide(of->pair->model, to_m, &point[i].at, &steps);
         point[i].is_known = 0;
     }
 }
 
-void haptable_tool_settle(const struct haptable_tool_model* tool, struct haptable_tool_state* state) {
-    struct haptable_tool_point* point = haptable_tool_points(tool, state);
+void haptable_points_settle(const struct haptable_points_model* of, void* state) {
+    const struct haptable_point* point = haptable_points_in(of, state);
+    const struct haptable_points* all = haptable_points_of(of, state);
     struct haptable_contact from[HAPTABLE_POINTS];
     float way_m[HAPTABLE_POINTS][3] = {{0.0f}};
-    const uint32_t count = tool->point_count;
+    const uint32_t count = of->count;
     float part = 1.0f;
-    const enum going goes = foresee(tool, state, way_m);
+    const enum going goes = foresee(of, state, way_m);
     if (goes == NONE_GOES) return;
     for (uint32_t i = 0; i < count; ++i) from[i] = point[i].at;
     /* E is of those that press: without them it stays, to rounding. */
-    const int trials = goes == SOME_GO ? HAPTABLE_TOOL_TRIALS : 1;
-    const float most_j = goes == SOME_GO ? state->energy_j : (1.0f + LEAST_FALL) * state->energy_j;
+    const int trials = goes == SOME_GO ? HAPTABLE_POINTS_TRIALS : 1;
+    const float most_j = goes == SOME_GO ? all->energy_j : (1.0f + LEAST_FALL) * all->energy_j;
     for (int trial = 0; trial < trials; ++trial) {
-        go(tool, state, count, from, (const float(*)[3])way_m, part);
-        haptable_tool_solve(tool, state, HAPTABLE_TOOL_TRIAL_SETS);
-        if (state->energy_j <= most_j) return;
+        go(of, state, count, from, (const float(*)[3])way_m, part);
+        haptable_points_solve(of, state, HAPTABLE_POINTS_TRIAL_SETS);
+        if (all->energy_j <= most_j) return;
         part *= 0.5f;
     }
-    go(tool, state, count, from, (const float(*)[3])way_m, 0.0f);
-    haptable_tool_solve(tool, state, HAPTABLE_TOOL_TRIAL_SETS);
+    go(of, state, count, from, (const float(*)[3])way_m, 0.0f);
+    haptable_points_solve(of, state, HAPTABLE_POINTS_TRIAL_SETS);
+}
+
+void haptable_points_tick(const struct haptable_points_model* of, void* state) {
+    struct haptable_points* all = haptable_points_of(of, state);
+    all->sets = 0;
+    haptable_points_solve(of, state, HAPTABLE_POINTS_SETS);
+    if (of->settle) of->settle(of, state);
+    if (all->sets > all->most_sets) all->most_sets = all->sets;
 }

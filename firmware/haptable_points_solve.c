@@ -1,0 +1,262 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * C_TT f_T = u_T with every f_i . n_i <= 0, and n_i . (u_i - sum_j C_ij f_j) >= 0 of each point out of T
+ *
+ * Linear complementarity along the outward normals n, by an active set that begins with the last tick's. C = L L^T is
+ * factored anew for each set: a tick takes one in most ticks.
+ */
+#include "haptable_pair_terms.h"
+#include "haptable_points.h"
+#include "haptable_side.h"
+#include "haptable_surface.h"
+
+/* A pivot is at least this part of C's own diagonal: points that load one place stay apart. */
+#define LEAST_PIVOT 1e-4f
+
+/* ---- C ----------------------------------------------------------------------------------------------------------- */
+
+/* C(i, j), i <= j, above the diagonal and on it; L of T, in its order, below; then 1 / L_rr. */
+struct system {
+    float* a;
+    float* inverse;
+    uint32_t width;
+};
+
+static struct system system_of(const struct haptable_points_model* of, void* state) {
+    struct system to;
+    to.width = 3u * of->count;
+    to.a = haptable_points_system(of, state);
+    to.inverse = to.a + to.width * to.width;
+    return to;
+}
+
+/* C's entry of row r and column c, r <= c. */
+static inline float* entry(const struct system* in, uint32_t r, uint32_t c) { return &in->a[r * in->width + c]; }
+
+static void put_own(const struct system* in, uint32_t i, const float own[6]) {
+    *entry(in, 3u * i, 3u * i) = own[0];
+    *entry(in, 3u * i + 1u, 3u * i + 1u) = own[1];
+    *entry(in, 3u * i + 2u, 3u * i + 2u) = own[2];
+    *entry(in, 3u * i, 3u * i + 1u) = own[3];
+    *entry(in, 3u * i + 1u, 3u * i + 2u) = own[4];
+    *entry(in, 3u * i, 3u * i + 2u) = own[5];
+}
+
+static void put_cross(const struct system* in, uint32_t i, uint32_t j, const float x[9]) {
+    for (uint32_t r = 0; r < 3u; ++r) vec_copy(&x[3u * r], entry(in, 3u * i + r, 3u * j));
+}
+
+/* out += C_ij v, for any i and j. */
+static void add_product(const struct system* in, uint32_t i, uint32_t j, const float v[3], float out[3]) {
+    for (uint32_t r = 0; r < 3u; ++r)
+        for (uint32_t c = 0; c < 3u; ++c) {
+            const uint32_t row = 3u * i + r;
+            const uint32_t column = 3u * j + c;
+            out[r] += (row <= column ? *entry(in, row, column) : *entry(in, column, row)) * v[c];
+        }
+}
+
+/* Rows of the points that are new, or have moved. */
+static void assemble(const struct haptable_points_model* of, void* state) {
+    const struct system in = system_of(of, state);
+    const struct haptable_servo* servo = haptable_points_servos(of, state);
+    struct haptable_point* point = haptable_points_in(of, state);
+    for (uint32_t i = 0; i < of->count; ++i) {
+        struct haptable_point* at = &point[i];
+        if (!at->is_inside || at->is_known) continue;
+        of->pair->law->own(of->pair->model, &at->at, servo[i].finger_m, &at->own);
+        haptable_pair_place_of(of->pair->law, &at->at, &at->place);
+        put_own(&in, i, at->own.a);
+    }
+    for (uint32_t j = 1; j < of->count; ++j)
+        for (uint32_t i = 0; i < j && point[j].is_inside; ++i) {
+            float x[9];
+            if (!point[i].is_inside || (point[i].is_known && point[j].is_known)) continue;
+            of->couple(of->pair, &point[i].place, &point[j].place, x);
+            put_cross(&in, i, j, x);
+        }
+    for (uint32_t i = 0; i < of->count; ++i) point[i].is_known = point[i].is_inside;
+}
+
+void haptable_points_lowered(const struct haptable_points_model* of, void* state, uint32_t i, float lowered_m[3]) {
+    const struct system in = system_of(of, state);
+    const struct haptable_point* point = haptable_points_in(of, state);
+    vec_zero(lowered_m);
+    for (uint32_t j = 0; j < of->count; ++j)
+        if (point[j].presses) add_product(&in, i, j, point[j].load_n, lowered_m);
+}
+
+/* ---- the factor -------------------------------------------------------------------------------------------------- */
+
+/* Points of T, in their order. */
+static void put_order(const struct haptable_points_model* of, void* state) {
+    const struct haptable_point* point = haptable_points_in(of, state);
+    struct haptable_points* all = haptable_points_of(of, state);
+    all->count = 0;
+    for (uint32_t i = 0; i < of->count; ++i)
+        if (point[i].presses) all->order[all->count++] = (uint16_t)i;
+}
+
+/* C_TT = L L^T. before: put_order. */
+static void factor(const struct system* in, const struct haptable_points* all) {
+    const uint32_t rows = 3u * all->count;
+    for (uint32_t r = 0; r < rows; ++r) {
+        float* row = &in->a[r * in->width];
+        const uint32_t at = 3u * all->order[r / 3u] + r % 3u;
+        const float own = *entry(in, at, at);
+        for (uint32_t c = 0; c < r; ++c) {
+            const uint32_t other = 3u * all->order[c / 3u] + c % 3u;
+            row[c] = (*entry(in, other, at) - haptable_points_dot(row, &in->a[c * in->width], c)) * in->inverse[c];
+        }
+        float pivot = own - haptable_points_dot(row, row, r);
+        if (!(pivot > LEAST_PIVOT * own)) pivot = LEAST_PIVOT * own;
+        in->inverse[r] = vec_inverse_root(pivot);
+    }
+}
+
+static void forward(const struct system* in, uint32_t rows, float x[]) {
+    for (uint32_t r = 0; r < rows; ++r)
+        x[r] = (x[r] - haptable_points_dot(&in->a[r * in->width], x, r)) * in->inverse[r];
+}
+
+static void solve(const struct system* in, uint32_t rows, float x[]) {
+    forward(in, rows, x);
+    for (uint32_t r = rows; r-- > 0u;) {
+        const float* row = &in->a[r * in->width];
+        x[r] *= in->inverse[r];
+        for (uint32_t c = 0; c < r; ++c) x[c] -= row[c] * x[r];
+    }
+}
+
+void haptable_points_forward(const struct haptable_points_model* of, void* state, float x[]) {
+    const struct system in = system_of(of, state);
+    forward(&in, 3u * haptable_points_of(of, state)->count, x);
+}
+
+/* ---- what a point's servo has found ------------------------------------------------------------------------------ */
+
+void haptable_point_forget(const struct haptable_points_model* of, void* state, uint32_t i) {
+    struct haptable_point* point = &haptable_points_in(of, state)[i];
+    point->is_inside = point->presses = point->is_known = 0;
+    point->raised_m = 0.0f;
+    vec_zero(point->load_n);
+}
+
+void haptable_point_see(const struct haptable_points_model* of, void* state, uint32_t i) {
+    const struct haptable_servo* servo = &haptable_points_servos(of, state)[i];
+    const struct haptable_contact* nearest = &servo->contact;
+    struct haptable_point* point = &haptable_points_in(of, state)[i];
+    const int is_inside = nearest->patch != HAPTABLE_NONE;
+    const int goes_on = is_inside && point->is_inside && point->met == servo->counters.contacts;
+    if (!goes_on) haptable_point_forget(of, state, i);
+    if (!is_inside) return;
+    haptable_side_outward(of->pair->model, nearest, point->normal);
+    vec_scale(haptable_side_inverse_length(point->normal), point->normal);
+    if (goes_on && (of->settle || gap2(nearest->god_object_m, point->at.god_object_m) == 0.0f)) return;
+    point->is_inside = 1;
+    point->at = *nearest;
+    point->is_known = 0;
+}
+
+/* ---- who touches ------------------------------------------------------------------------------------------------- */
+
+/* u, from where the surface was when the contact began. */
+static void dent_of(const struct haptable_points_model* of, void* state, uint32_t i, float u[3]) {
+    const struct haptable_point* point = &haptable_points_in(of, state)[i];
+    vec_sub(haptable_points_servos(of, state)[i].finger_m, point->at.god_object_m, u);
+    vec_add_scaled(point->raised_m, point->normal, u);
+}
+
+static void put_loads(const struct haptable_points_model* of, void* state) {
+    const struct system in = system_of(of, state);
+    struct haptable_point* point = haptable_points_in(of, state);
+    struct haptable_points* all = haptable_points_of(of, state);
+    float x[3 * HAPTABLE_POINTS];
+    put_order(of, state);
+    factor(&in, all);
+    for (uint32_t a = 0; a < all->count; ++a) dent_of(of, state, all->order[a], &x[3u * a]);
+    solve(&in, 3u * all->count, x);
+    for (uint32_t a = 0; a < all->count; ++a) vec_copy(&x[3u * a], point[all->order[a]].load_n);
+    ++all->sets;
+}
+
+/* Takes out of T the points whose load would pull the surface. */
+static int drop(const struct haptable_points_model* of, void* state) {
+    struct haptable_point* point = haptable_points_in(of, state);
+    int dropped = 0;
+    for (uint32_t i = 0; i < of->count; ++i) {
+        if (!point[i].presses || !(vec_dot(point[i].load_n, point[i].normal) > 0.0f)) continue;
+        point[i].presses = 0;
+        vec_zero(point[i].load_n);
+        ++dropped;
+    }
+    return dropped;
+}
+
+/* How far a point out of T is outside of the surface as the others dent it. */
+static float gap_of(const struct haptable_points_model* of, void* state, uint32_t i) {
+    float u[3], lowered_m[3];
+    dent_of(of, state, i, u);
+    haptable_points_lowered(of, state, i, lowered_m);
+    vec_sub(u, lowered_m, u);
+    return vec_dot(u, haptable_points_in(of, state)[i].normal);
+}
+
+/* Takes points into T that the dented surface does not leave behind: all of them, or the one that is deepest. */
+static int add(const struct haptable_points_model* of, void* state, int takes_all) {
+    struct haptable_point* point = haptable_points_in(of, state);
+    uint8_t adds[HAPTABLE_POINTS];
+    float least = -of->pair->model->tolerance_m;
+    uint32_t deepest = of->count;
+    int added = 0;
+    for (uint32_t i = 0; i < of->count; ++i) {
+        adds[i] = 0;
+        if (!point[i].is_inside || point[i].presses) continue;
+        const float gap = gap_of(of, state, i);
+        if (gap < -of->pair->model->tolerance_m) adds[i] = (uint8_t)takes_all;
+        if (gap >= least) continue;
+        least = gap;
+        deepest = i;
+    }
+    if (deepest < of->count) adds[deepest] = 1;
+    for (uint32_t i = 0; i < of->count; ++i) {
+        if (!adds[i]) continue;
+        point[i].presses = 1;
+        ++added;
+    }
+    return added;
+}
+
+/* Of a contact that begins where the others have raised the surface, and of one that gave no force. */
+static void put_raised(const struct haptable_points_model* of, void* state) {
+    const struct haptable_servo* servo = haptable_points_servos(of, state);
+    for (uint32_t i = 0; i < of->count; ++i) {
+        struct haptable_point* at = &haptable_points_in(of, state)[i];
+        const int is_new = at->is_inside && at->met != servo[i].counters.contacts;
+        float moved_m[3];
+        if (!at->is_inside || (!is_new && (at->presses || !(at->raised_m > 0.0f)))) continue;
+        haptable_points_lowered(of, state, i, moved_m);
+        const float raised_m = vec_dot(moved_m, at->normal);
+        if (is_new || raised_m < at->raised_m) at->raised_m = raised_m > 0.0f ? raised_m : 0.0f;
+        at->met = servo[i].counters.contacts;
+    }
+}
+
+void haptable_points_solve(const struct haptable_points_model* of, void* state, int most_sets) {
+    const struct haptable_point* point = haptable_points_in(of, state);
+    struct haptable_points* all = haptable_points_of(of, state);
+    int goes_on = 1;
+    assemble(of, state);
+    put_raised(of, state);
+    for (int set = 0; goes_on && set < most_sets; ++set) {
+        put_loads(of, state);
+        goes_on = drop(of, state) || (set < most_sets / 2 && add(of, state, all->count == 0));
+    }
+    all->energy_j = 0.0f;
+    for (uint32_t i = 0; i < of->count; ++i) {
+        float u[3];
+        if (!point[i].presses) continue;
+        dent_of(of, state, i, u);
+        all->energy_j += 0.5f * vec_dot(u, point[i].load_n);
+    }
+}

@@ -1,0 +1,387 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// Three fingers and more on one body: each feels the dents that the others make.
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <optional>
+#include <vector>
+
+#include "codegen/in_memory.hpp"
+#include "codegen/pair.hpp"
+#include "host/session/scene_state.hpp"
+#include "host/target/image.hpp"
+#include "tests/bodies.hpp"
+#include "tests/dense.hpp"
+#include "tests/finger.hpp"
+#include "tests/firmware/on_target.hpp"
+#include "tests/process.hpp"
+#include "tests/tolerance.hpp"
+
+namespace haptable::test {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+/// How the fingers' tests differ.
+struct HandsOptions {
+    GodObject god_object = GodObject::kNearest;
+    double friction = 0.0;
+    bool passivity = false;
+    double max_force_n = 1e6;
+    SafetyLimits limits{};
+};
+
+/// A body, and as many fingers as a test says, which it moves by hand.
+class Hands {
+public:
+    Hands(const ElasticBody& body, std::size_t count, const HandsOptions& options = {})
+        : out(count),
+          tables_(body.tables()),
+          pair_(build_pair(body.pair(), tables_, body.servo())),
+          model_(model_of(body, options)),
+          pair_model_(coupled(count)) {
+        begin();
+    }
+    Hands(const Hands&) = delete;
+    Hands& operator=(const Hands&) = delete;
+
+    void begin() {
+        state_.emplace(model_, &pair_model_, nullptr, nullptr);
+        state_->check(HAPTABLE_CHECK_ALL);
+    }
+    /// One tick; a finger of which a number is none is not there.
+    void to(const std::vector<Vector3d>& x) {
+        std::vector<haptable_input> in(x.size());
+        for (std::size_t i = 0; i < x.size(); ++i) {
+            for (int c = 0; c < 3; ++c) in[i].finger_m[c] = float(x[i][c]);
+            in[i].is_there = std::isnan(x[i].sum()) ? 0 : 1;
+        }
+        to(in);
+    }
+    void to(const std::vector<haptable_input>& in) {
+        state_->step(in.data(), time_us_ += HAPTABLE_TICK_US, out.data());
+    }
+    Vector3d force(std::size_t i) const { return to_vector(out[i].force_n); }
+    const haptable_point& point(std::size_t i) const {
+        return haptable_points_in(state_->scene_points(), state_->memory())[i];
+    }
+    Vector3d dent(std::size_t i) const {
+        return to_vector(state_->servo(i).finger_m) - to_vector(point(i).at.god_object_m);
+    }
+    std::size_t pressing() const {
+        std::size_t n = 0;
+        for (std::size_t i = 0; i < out.size(); ++i) n += point(i).presses;
+        return n;
+    }
+    double energy() const { return double(state_->points().energy_j); }
+    SceneState& state() { return *state_; }
+    const haptable_model& model() const { return model_; }
+    const haptable_pair_model& pair() const { return pair_model_; }
+    std::uint32_t& time_us() { return time_us_; }
+
+    std::vector<haptable_output> out;
+
+private:
+    haptable_model model_of(const ElasticBody& body, const HandsOptions& options) {
+        tables_.god_object = options.god_object;
+        tables_.static_friction = tables_.kinetic_friction = options.friction;
+        tables_.options.set("contact.release_slew", 0.0);
+        tables_.options.set("contact.passivity", options.passivity);
+        tables_.max_force_n = options.max_force_n;
+        tables_.limits = options.limits;
+        return model_in_memory(tables_, body.servo());
+    }
+    haptable_pair_model coupled(std::size_t count) {
+        pair_.finger_count = static_cast<std::uint16_t>(count);
+        return pair_in_memory(pair_, tables_, model_);
+    }
+
+    Tables tables_;
+    ServoPair pair_;
+    haptable_model model_;
+    haptable_pair_model pair_model_;
+    std::optional<SceneState> state_;
+    std::uint32_t time_us_ = 0;
+};
+
+const ElasticBody& cube(ForceLaw force) {
+    static const ElasticBody consistent(for_two(cube_scene(5, 0.3)), ForceLaw::kConsistent);
+    static const ElasticBody mask(for_two(cube_scene(5, 0.3)), ForceLaw::kPressureMask, 0.01);
+    return force == ForceLaw::kConsistent ? consistent : mask;
+}
+
+const Vector3d kAway = Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+
+/// Fingers around the cube, each so deep in its side; negative: outside.
+std::vector<Vector3d> around(std::size_t count, double depth_m, double turn = 0.0, double up_m = 0.0) {
+    std::vector<Vector3d> x;
+    for (std::size_t i = 0; i < count; ++i) {
+        const double angle = turn + 2.0 * std::numbers::pi * double(i) / double(count);
+        const Vector3d out(std::cos(angle), std::sin(angle), 0.0);
+        const double reach_m = (0.015 - depth_m) / std::max(std::abs(out.x()), std::abs(out.y()));
+        x.push_back(Vector3d(0.015, 0.015, 0.019 + up_m) + reach_m * out);
+    }
+    return x;
+}
+
+void press(Hands& hands, std::size_t count, double depth_m, double turn = 0.0) {
+    for (int tick = 0; tick <= 60; ++tick) hands.to(around(count, depth_m * tick / 60.0 - 1e-4 * (60 - tick), turn));
+}
+
+TEST(Hands, LoadsAreThoseOfDirectSolvesOfAllFingersThatPress) {
+    for (const ForceLaw force : {ForceLaw::kConsistent, ForceLaw::kPressureMask})
+        for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+            const ElasticBody& body = cube(force);
+            for (std::size_t count = 3; count <= HAPTABLE_HANDS; ++count) {
+                Hands hands(body, count, {.god_object = god_object});
+                press(hands, count, 0.002, 0.1 * double(count));
+                ASSERT_EQ(hands.pressing(), count);
+                const auto n = Eigen::Index(count);
+                MatrixXd c(3 * n, 3 * n);
+                VectorXd u(3 * n), f(3 * n);
+                for (Eigen::Index i = 0; i < n; ++i) {
+                    u.segment<3>(3 * i) = hands.dent(std::size_t(i));
+                    f.segment<3>(3 * i) = -hands.force(std::size_t(i));
+                    for (Eigen::Index j = 0; j < n; ++j)
+                        c.block<3, 3>(3 * i, 3 * j) =
+                            body.coupling(hands.point(std::size_t(i)).at, hands.point(std::size_t(j)).at);
+                }
+                const VectorXd wanted = dense::solve(c, u);
+                EXPECT_LT((f - wanted).norm(), 1e-5 * wanted.norm()) << force << " " << god_object << " " << count;
+            }
+        }
+}
+
+TEST(Hands, FingersThatAreSwappedFeelTheSame) {
+    for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+        const std::size_t count = 5;
+        Hands hands(cube(ForceLaw::kPressureMask), count, {.god_object = god_object});
+        Hands swapped(cube(ForceLaw::kPressureMask), count, {.god_object = god_object});
+        double worst = 0.0, largest = 0.0;
+        for (int tick = 0; tick <= 300; ++tick) {
+            std::vector<Vector3d> x = around(count, 1e-5 * tick - 5e-4, 2e-3 * tick, 1e-5 * tick);
+            x[2] += Vector3d(0, 0, 2e-5 * tick);
+            hands.to(x);
+            std::vector<Vector3d> other(x.rbegin(), x.rend());
+            swapped.to(other);
+            for (std::size_t i = 0; i < count; ++i) {
+                worst = std::max(worst, (hands.force(i) - swapped.force(count - 1 - i)).norm());
+                largest = std::max(largest, hands.force(i).norm());
+            }
+        }
+        // The same system in another order: what C's condition leaves of a float's rounding. With least energy the
+        // walks end within the tolerance of the model, over the depth.
+        const double walked = god_object == GodObject::kLeastEnergy ? 4 * 0x1p-20 * 0.05 / 2.5e-3 : 0.0;
+        EXPECT_LT(worst, (64 * 100 * kFloat + walked) * largest) << god_object;
+        EXPECT_GT(largest, 0.01);
+    }
+}
+
+TEST(Hands, OneThatIsAloneIsAFinger) {
+    for (const ForceLaw force : {ForceLaw::kConsistent, ForceLaw::kPressureMask}) {
+        const ElasticBody& body = cube(force);
+        Hands hands(body, 4);
+        Finger finger(body.model());
+        for (int tick = 0; tick < 300; ++tick) {
+            const Vector3d x(0.012 + 1e-5 * tick, 0.014, 0.031 - 1e-5 * tick);
+            hands.to({kAway, Vector3d(0.1, 0.1, 0.1), x, kAway});
+            finger.to(x);
+            ASSERT_EQ(hands.out[2].patch, finger.out().patch) << tick;
+            const double depth_m = std::max(1e-7, (finger.at() - finger.god()).norm());
+            EXPECT_WITHIN((hands.force(2) - finger.force()).norm(), .count = 32,
+                          .epsilon = kFloat * (1.0 + body.size() / depth_m), .condition = 10,
+                          .size = finger.force().norm());
+        }
+        EXPECT_EQ(hands.pressing(), 1U);
+        EXPECT_EQ(hands.out[0].state, HAPTABLE_SILENT);
+        EXPECT_EQ(hands.out[1].state, HAPTABLE_FREE);
+    }
+}
+
+TEST(Hands, TwoThatPressAreThePairsTwo) {
+    const ElasticBody& body = cube(ForceLaw::kPressureMask);
+    Hands three(body, 3), two(body, 2);
+    double largest = 0.0;
+    for (int tick = 0; tick < 300; ++tick) {
+        const Vector3d a(0.012, 0.014, 0.0305 - 1e-5 * tick), b(0.022, 0.016, 0.0304 - 8e-6 * tick);
+        three.to({a, kAway, b});
+        std::vector<haptable_input> in(2);
+        for (int c = 0; c < 3; ++c) in[0].finger_m[c] = float(a[c]), in[1].finger_m[c] = float(b[c]);
+        in[0].is_there = in[1].is_there = 1;
+        two.to(in);
+        const double size = two.force(0).norm() + two.force(1).norm();
+        for (const int finger : {0, 1})
+            EXPECT_WITHIN((three.force(std::size_t(2 * finger)) - two.force(std::size_t(finger))).norm(), .count = 64,
+                          .epsilon = kFloat * (1.0 + body.size() / 1e-5), .size = size)
+                << tick;
+        largest = std::max(largest, size);
+    }
+    EXPECT_GT(largest, 0.01);
+}
+
+/// What all hands got over a loop of their positions, over the most that was stored: work of the mean of two ticks.
+template <typename Place>
+double gained_share(Hands& hands, std::size_t count, int ticks, const Place& place) {
+    double gained_j = 0.0, stored_j = 0.0;
+    std::vector<Vector3d> x0(count), f0(count, Vector3d::Zero());
+    for (int tick = 0; tick <= ticks; ++tick) {
+        const std::vector<Vector3d> x = place(double(tick) / ticks);
+        hands.to(x);
+        for (std::size_t i = 0; i < count; ++i) {
+            const Vector3d f = hands.force(i);
+            if (tick > 0) gained_j += 0.5 * (f + f0[i]).dot(x[i] - x0[i]);
+            f0[i] = f;
+        }
+        x0 = x;
+        stored_j = std::max(stored_j, hands.energy());
+    }
+    return gained_j / stored_j;
+}
+
+/// All press, go around the body, each a way of its own up and down, and let go.
+std::vector<Vector3d> loop_at(double t, std::size_t count, double way) {
+    const double slide = std::clamp((t - 0.25) / 0.5, 0.0, 1.0);
+    const double in = std::clamp(t / 0.25, 0.0, 1.0) - std::clamp((t - 0.75) / 0.25, 0.0, 1.0);
+    std::vector<Vector3d> x = around(count, 0.003 * in - 0.001, 0.4 + way * slide);
+    for (std::size_t i = 0; i < count; ++i)
+        x[i].z() += 0.003 * std::sin(std::numbers::pi * slide) * (i % 2 == 0 ? 1 : -1);
+    return x;
+}
+
+TEST(Hands, ClosedLoopsGainNothingWithLeastEnergy) {
+    for (const ForceLaw force : {ForceLaw::kConsistent, ForceLaw::kPressureMask})
+        for (const double way : {0.3, -0.3}) {
+            const std::size_t count = 4;
+            Hands hands(cube(force), count, {.god_object = GodObject::kLeastEnergy});
+            const double share = gained_share(hands, count, 2000, [&](double t) { return loop_at(t, count, way); });
+            RecordProperty(std::string(word(force)) + (way > 0 ? ", forward" : ", back"), std::to_string(share));
+            EXPECT_LT(share, 1e-3) << force << " " << way;
+        }
+}
+
+TEST(Hands, PassivityTakesBackWhatTheNearestGodObjectGives) {
+    double plain = -1.0, braked = -1.0;
+    for (const bool passivity : {false, true})
+        for (const double way : {0.5, -0.5}) {
+            Hands hands(cube(ForceLaw::kPressureMask), 4, {.passivity = passivity});
+            const double share = gained_share(hands, 4, 2000, [&](double t) { return loop_at(t, 4, way); });
+            double& worst = passivity ? braked : plain;
+            worst = std::max(worst, share);
+        }
+    EXPECT_GT(plain, 1e-3);
+    EXPECT_LT(braked, 0.3 * plain);
+}
+
+TEST(Hands, FrictionHoldsEachFingerWithinItsCone) {
+    const double mu = 0.4;
+    const std::size_t count = 3;
+    Hands hands(cube(ForceLaw::kPressureMask), count, {.god_object = GodObject::kLeastEnergy, .friction = mu});
+    press(hands, count, 0.0015, 0.2);
+    double most = 0.0;
+    for (int tick = 1; tick <= 400; ++tick) {
+        hands.to(around(count, 0.0015, 0.2, 1e-5 * tick));
+        for (std::size_t i = 0; tick > 200 && i < count; ++i) {
+            const Vector3d n = to_vector(hands.point(i).normal), f = -hands.force(i);
+            const double along = -f.dot(n);
+            ASSERT_GT(along, 0.0);
+            most = std::max(most, (f + along * n).norm() / along);
+        }
+    }
+    EXPECT_LT(most, mu * 1.1);
+    EXPECT_GT(most, mu * 0.5);
+}
+
+TEST(Hands, EachKeepsItsLimitsAndItsFaults) {
+    const std::size_t count = 3;
+    const double max_force_n = 0.02;
+    Hands hands(cube(ForceLaw::kConsistent), count,
+                {.max_force_n = max_force_n, .limits = {.max_speed_m_s = 1.0, .max_force_rate_n_per_s = 5.0}});
+    std::vector<Vector3d> before(count, Vector3d::Zero());
+    for (int tick = 0; tick <= 60; ++tick) {
+        hands.to(around(count, 1e-4 * tick - 1e-3));
+        for (std::size_t i = 0; i < count; ++i) {
+            if (hands.force(i).norm() > before[i].norm()) {
+                EXPECT_LE((hands.force(i) - before[i]).norm(), 1.001 * 5e-3) << tick;
+            }
+            before[i] = hands.force(i);
+            EXPECT_LE(before[i].norm(), max_force_n * (1 + 4 * kFloat));
+        }
+    }
+    std::vector<Vector3d> x = around(count, 5e-3);
+    std::vector<haptable_input> in(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        for (int c = 0; c < 3; ++c) in[i].finger_m[c] = float(x[i][c]);
+        in[i].is_there = 1;
+    }
+    in[1].finger_m[0] = std::numeric_limits<float>::quiet_NaN();
+    hands.to(in);
+    EXPECT_EQ(hands.out[1].state, HAPTABLE_REJECTED);
+    EXPECT_EQ(hands.force(1).norm(), 0.0);
+    EXPECT_GT(hands.force(0).norm(), 0.0);
+    EXPECT_GT(hands.force(2).norm(), 0.0);
+    // One goes: the others press on, as if it had not been there.
+    hands.to({x[0], kAway, x[2]});
+    EXPECT_EQ(hands.out[1].state, HAPTABLE_SILENT);
+    EXPECT_EQ(hands.pressing(), 2U);
+    EXPECT_EQ(haptable_watch(&hands.state().scene(), hands.state().memory(), hands.time_us() + HAPTABLE_SILENCE_US,
+                             hands.out.data()),
+              7U);
+    for (std::size_t i = 0; i < count; ++i) EXPECT_EQ(hands.force(i).norm(), 0.0);
+}
+
+/// Three go down beside one another, along the top in ways of their own, and up again.
+TargetPath<9> hands_path(int ticks) {
+    TargetPath<9> path;
+    for (int tick = 0; tick < ticks; ++tick) {
+        const double t = double(tick) / ticks;
+        std::array<float, 9> row{};
+        for (int i = 0; i < 3; ++i) {
+            const double angle = 2.1 * i,
+                         down = std::abs(std::sin(std::numbers::pi * std::max(0.0, 3.0 * t - 0.05 * i)));
+            row[3 * std::size_t(i)] = float(0.015 + 0.005 * std::cos(angle) + 0.001 * std::sin(7.0 * t + i));
+            row[3 * std::size_t(i) + 1] = float(0.015 + 0.005 * std::sin(angle) + 0.001 * std::sin(11.0 * t + 2.0 * i));
+            row[3 * std::size_t(i) + 2] = float(0.0305 - 0.003 * down);
+        }
+        path.push_back(row);
+    }
+    return path;
+}
+
+TEST(HandsOnTarget, GiveTheHostsBits) {
+    const ElasticBody body(for_two(cube_scene(5, 0.3, true)), ForceLaw::kPressureMask, 0.012);
+    const TargetPath<9> path = hands_path(600);
+    for (const char* target : {"cortex-m7", "rv32"})
+        for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+            const TargetImage image(build_folder(), "cube", target);
+            if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
+            Hands hands(body, 3, {.god_object = god_object});
+            const std::vector<TargetTick> ticks = image.measure({.model = hands.model(), .pair = &hands.pair()}, path);
+            hands.time_us() = 0U - HAPTABLE_TICK_US;
+            std::uint64_t worst = 0;
+            std::size_t together = 0;
+            for (std::size_t tick = 0; tick < path.size(); ++tick) {
+                std::vector<haptable_input> in(3);
+                for (std::size_t i = 0; i < 3; ++i) {
+                    std::copy_n(&path[tick][3 * i], 3, in[i].finger_m);
+                    in[i].is_there = 1;
+                }
+                hands.to(in);
+                for (std::size_t i = 0; i < 3; ++i) ASSERT_TRUE(same(ticks[tick].finger[i], hands.out[i])) << tick;
+                worst = std::max(worst, ticks[tick].instructions);
+                together += hands.pressing() == 3;
+            }
+            RecordProperty(std::string(target) + ", " + word(god_object), std::to_string(worst));
+            EXPECT_GT(together, path.size() / 10);
+        }
+}
+
+}  // namespace
+}  // namespace haptable::test
