@@ -29,7 +29,7 @@ extern "C" {
 #define HAPTABLE_POINTS_WALK_STEPS 32
 
 /* Factorisations of a tick: with the way back where no step is taken. */
-#define HAPTABLE_POINTS_MOST_SETS (HAPTABLE_POINTS_SETS + (HAPTABLE_POINTS_TRIALS + 1) * HAPTABLE_POINTS_TRIAL_SETS)
+#define HAPTABLE_POINTS_MOST_SETS (HAPTABLE_POINTS_SETS + HAPTABLE_POINTS_TRIALS * HAPTABLE_POINTS_TRIAL_SETS + 1)
 
 struct haptable_points_model;
 
@@ -97,8 +97,8 @@ void haptable_point_see(const struct haptable_points_model* of, void* state, uin
 void haptable_points_tick(const struct haptable_points_model* of, void* state);
 
 /* Writes C of every point that is inside and not known, solves C_TT f_T = u_T, and finds T, by so many factorisations
- * at the most. */
-void haptable_points_solve(const struct haptable_points_model* of, void* state, int most_sets);
+ * at the most. Returns 0 where that many do not find it. */
+int haptable_points_solve(const struct haptable_points_model* of, void* state, int most_sets);
 
 /* x = L^-1 x of C_TT = L L^T: [3 count], in T's order. */
 void haptable_points_forward(const struct haptable_points_model* of, void* state, float x[]);

@@ -135,17 +135,25 @@ static enum going foresee(const struct haptable_points_model* of, void* state, f
     return goes;
 }
 
-/* Goes that part of the way from where each was. The walks of a tick share HAPTABLE_WALK_STEPS: one that needs more
- * ends on the surface where it is. */
-static void go(const struct haptable_points_model* of, void* state, uint32_t count,
-               const struct haptable_contact from[], const float (*way_m)[3], float part) {
+/* A point before it goes: its god-object, and whether it was in T. */
+struct start {
+    struct haptable_contact at;
+    uint8_t presses;
+};
+
+/* Goes that part of the way from where each was, and T begins as it was. The walks of a tick share HAPTABLE_WALK_STEPS:
+ * one that needs more ends on the surface where it is. */
+static void go(const struct haptable_points_model* of, void* state, uint32_t count, const struct start from[],
+               const float (*way_m)[3], float part) {
     struct haptable_point* point = haptable_points_in(of, state);
     for (uint32_t i = 0; i < count; ++i) {
         float to_m[3];
         int steps = HAPTABLE_WALK_STEPS - HAPTABLE_POINTS_WALK_STEPS;
+        point[i].presses = from[i].presses;
+        if (!point[i].presses) vec_zero(point[i].load_n);
         if (!point[i].is_inside || !(vec_length2(way_m[i]) > 0.0f)) continue;
-        point[i].at = from[i];
-        vec_copy(from[i].god_object_m, to_m);
+        point[i].at = from[i].at;
+        vec_copy(from[i].at.god_object_m, to_m);
         vec_add_scaled(part, way_m[i], to_m);
         if (part > 0.0f) (void)haptable_contact_slide(of->pair->model, to_m, &point[i].at, &steps);
         point[i].is_known = 0;
@@ -155,30 +163,32 @@ static void go(const struct haptable_points_model* of, void* state, uint32_t cou
 void haptable_points_settle(const struct haptable_points_model* of, void* state) {
     const struct haptable_point* point = haptable_points_in(of, state);
     const struct haptable_points* all = haptable_points_of(of, state);
-    struct haptable_contact from[HAPTABLE_POINTS];
+    struct start from[HAPTABLE_POINTS];
     float way_m[HAPTABLE_POINTS][3] = {{0.0f}};
     const uint32_t count = of->count;
     float part = 1.0f;
     const enum going goes = foresee(of, state, way_m);
     if (goes == NONE_GOES) return;
-    for (uint32_t i = 0; i < count; ++i) from[i] = point[i].at;
+    for (uint32_t i = 0; i < count; ++i) {
+        from[i].at = point[i].at;
+        from[i].presses = point[i].presses;
+    }
     /* E is of those that press: without them it stays, to rounding. */
     const int trials = goes == SOME_GO ? HAPTABLE_POINTS_TRIALS : 1;
     const float most_j = goes == SOME_GO ? all->energy_j : (1.0f + LEAST_FALL) * all->energy_j;
     for (int trial = 0; trial < trials; ++trial) {
         go(of, state, count, from, (const float(*)[3])way_m, part);
-        haptable_points_solve(of, state, HAPTABLE_POINTS_TRIAL_SETS);
-        if (all->energy_j <= most_j) return;
+        if (haptable_points_solve(of, state, HAPTABLE_POINTS_TRIAL_SETS) && all->energy_j <= most_j) return;
         part *= 0.5f;
     }
     go(of, state, count, from, (const float(*)[3])way_m, 0.0f);
-    haptable_points_solve(of, state, HAPTABLE_POINTS_TRIAL_SETS);
+    (void)haptable_points_solve(of, state, 1); /* T as it was: its loads too */
 }
 
 void haptable_points_tick(const struct haptable_points_model* of, void* state) {
     struct haptable_points* all = haptable_points_of(of, state);
     all->sets = 0;
-    haptable_points_solve(of, state, HAPTABLE_POINTS_SETS);
+    (void)haptable_points_solve(of, state, HAPTABLE_POINTS_SETS);
     if (of->settle) of->settle(of, state);
     if (all->sets > all->most_sets) all->most_sets = all->sets;
 }

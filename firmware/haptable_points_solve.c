@@ -97,16 +97,20 @@ static void put_order(const struct haptable_points_model* of, void* state) {
         if (point[i].presses) all->order[all->count++] = (uint16_t)i;
 }
 
-/* C_TT = L L^T. before: put_order. */
+/* C_TT = L L^T. before: put_order. Of points that load nearly one place C may be indefinite, by the error of its tables
+ * and by rounding: an entry for which a row has no room, as every row of a definite C has, is left out. */
 static void factor(const struct system* in, const struct haptable_points* all) {
     const uint32_t rows = 3u * all->count;
     for (uint32_t r = 0; r < rows; ++r) {
         float* row = &in->a[r * in->width];
         const uint32_t at = 3u * all->order[r / 3u] + r % 3u;
         const float own = *entry(in, at, at);
+        float room = own;
         for (uint32_t c = 0; c < r; ++c) {
             const uint32_t other = 3u * all->order[c / 3u] + c % 3u;
             row[c] = (*entry(in, other, at) - haptable_points_dot(row, &in->a[c * in->width], c)) * in->inverse[c];
+            if (row[c] * row[c] > room) row[c] = 0.0f;
+            room -= row[c] * row[c];
         }
         float pivot = own - haptable_points_dot(row, row, r);
         if (!(pivot > LEAST_PIVOT * own)) pivot = LEAST_PIVOT * own;
@@ -242,7 +246,7 @@ static void put_raised(const struct haptable_points_model* of, void* state) {
     }
 }
 
-void haptable_points_solve(const struct haptable_points_model* of, void* state, int most_sets) {
+int haptable_points_solve(const struct haptable_points_model* of, void* state, int most_sets) {
     const struct haptable_point* point = haptable_points_in(of, state);
     struct haptable_points* all = haptable_points_of(of, state);
     int goes_on = 1;
@@ -259,4 +263,5 @@ void haptable_points_solve(const struct haptable_points_model* of, void* state, 
         dent_of(of, state, i, u);
         all->energy_j += 0.5f * vec_dot(u, point[i].load_n);
     }
+    return !goes_on;
 }

@@ -23,7 +23,7 @@ def source_identity(folder: Path) -> str:
 
 
 def kind_of(mode: dict[str, Any]) -> str:
-    return (("two" if mode["fingers"] == 2 else "one") + (", free" if mode["free"] else ", held")
+    return (("tool" if mode["tool"] else "two" if mode["fingers"] == 2 else "one") + (", free" if mode["free"] else ", held")
             + (", rings" if mode["rings"] else ""))
 
 

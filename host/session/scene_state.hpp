@@ -66,6 +66,9 @@ public:
         return *haptable_scene_servo(memory_.data(), static_cast<int>(finger));
     }
     const haptable_servo& servo(std::size_t finger) const { return const_cast<SceneState*>(this)->servo(finger); }
+    /// Of a scene with a tool.
+    haptable_point& point_state(std::size_t i) { return haptable_points_in(scene_.points, memory())[i]; }
+    haptable_servo& point_servo(std::size_t i) { return haptable_points_servos(scene_.points, memory())[i]; }
     /// The state of two fingers; else null.
     haptable_pair* pair() {
         return fingers() == HAPTABLE_FINGERS ? reinterpret_cast<haptable_pair*>(memory_.data()) : nullptr;

@@ -103,7 +103,7 @@ private:
         if (is_mask && mesh.nodes > options_.most_mask_nodes)
             return {"by masks",
                     fmt::format("{} nodes, more than {} (--most-mask-nodes)", mesh.nodes, options_.most_mask_nodes)};
-        if (mode.fingers == 2 && mesh.coupling_bytes(mode.force) > options_.most_coupling)
+        if (mode.is_coupled() && mesh.coupling_bytes(mode.force) > options_.most_coupling)
             return {is_mask ? "by masks of two" : "by two",
                     fmt::format("{:.0f} MB couple two places, more than {:.0f} (--most-coupling)",
                                 1e-6 * static_cast<double>(mesh.coupling_bytes(mode.force)),
@@ -133,7 +133,7 @@ private:
         TouchMode most{force, GodObject::kNearest, false, 1, kind};
         for (const TouchMode& mode : result_.modes)
             if (mode.force == force && mode.body == kind && is_touched(mesh, mode))
-                most.fingers = std::max(most.fingers, mode.fingers);
+                most.fingers = std::max(most.fingers, mode.is_coupled() ? 2 : 1);
         for (std::size_t m = 0; m < result_.modes.size(); ++m) {
             const TouchMode& mode = result_.modes[m];
             if (mode.force != force || !(mode.body == kind) || !is_touched(mesh, mode)) continue;
@@ -175,21 +175,24 @@ private:
     }
 
     Tally stroke(const StrokedMesh& mesh, const StrokedBody& body, const TouchMode& mode) {
-        const StrokedModel model(body, in_mode(mesh.scene, mode).contact);
+        const Scene scene = in_mode(mesh.scene, mode);
+        const auto tools = mode.tool ? body.random_tools(scene) : std::vector<ToolTables>{};
+        const StrokedModel model(body, scene.contact, tools);
         const Touched touched = model.touched();
         const StrokeMaker maker(body.servo());
         const std::uint64_t seed = seed_of(options_.seed, mesh.name, mode);
         const std::string what = mesh.name + ", " + mode.name();
         Tally tally = run_strokes(touched, maker, seed, each_, workers_, [&](std::size_t done) { tell(done, what); });
         done_ += each_;
-        write_examples(mesh, mode, touched, maker, seed, tally);
+        write_examples(mesh, mode, touched, tools, maker, seed, tally);
         write_tally(counts_file(mesh, mode), key_of(mesh, mode), tally);
         return tally;
     }
 
     /// The first strokes with each fault, shrunk, each beside its scene.
     void write_examples(const StrokedMesh& mesh, const TouchMode& mode, const Touched& touched,
-                        const StrokeMaker& maker, std::uint64_t seed, const Tally& tally) {
+                        const std::vector<ToolTables>& tools, const StrokeMaker& maker, std::uint64_t seed,
+                        const Tally& tally) {
         for (std::size_t f = 0; f < kFaults; ++f) {
             std::size_t left = options_.examples;
             for (const Broken& broken : tally.broken) {
@@ -197,13 +200,19 @@ private:
                 if (broken.verdict.tick[f] < 0) continue;
                 --left;
                 const auto fault = static_cast<Fault>(f);
-                const Stroke least = shrink(touched, make_stroke(touched, maker, seed, broken.number), fault);
+                const Touched one = touched.of_stroke(broken.number);
+                const Stroke least = shrink(one, make_stroke(one, maker, seed, broken.number), fault);
                 const fs::path folder =
                     options_.folder / "faults" /
                     fmt::format("{}-{}-{}-{}-{}", name_of(fault), mesh.name, mode.name(), options_.seed, broken.number);
                 fs::create_directories(folder);
-                write_file(folder / "scene.toml", to_toml(in_mode(mesh.scene, mode)));
-                write_file(folder / "stroke.csv", to_csv(least, mode.fingers));
+                Scene scene = in_mode(mesh.scene, mode);
+                if (mode.tool) {
+                    const ToolTables& tool = tools[broken.number % tools.size()];
+                    scene.tool = Tool{tool.point_m, {}, tool.max_torque_n_m};
+                }
+                write_file(folder / "scene.toml", to_toml(scene));
+                write_file(folder / "stroke.csv", to_csv(least, mode.tool ? kToolHand : mode.fingers));
                 told_(fmt::format("{}: {} ticks, {} at the last", folder.string(), least.size(), name_of(fault)));
             }
         }
@@ -229,8 +238,9 @@ Tally run_strokes(const Touched& touched, const StrokeMaker& maker, std::uint64_
     workers.for_each(chunks.size(), [&](std::size_t chunk, int) {
         const std::size_t end = std::min(count, (chunk + 1) * kChunk);
         for (std::size_t number = chunk * kChunk; number < end; ++number) {
-            const Stroke stroke = make_stroke(touched, maker, seed, number);
-            chunks[chunk].add(number, stroke, judge(touched, stroke));
+            const Touched one = touched.of_stroke(number);
+            const Stroke stroke = make_stroke(one, maker, seed, number);
+            chunks[chunk].add(number, stroke, judge(one, stroke));
         }
         const std::lock_guard lock(mutex);
         on_done(done += end - chunk * kChunk);

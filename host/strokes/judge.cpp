@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "host/strokes/judge.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -58,6 +59,10 @@ struct Tick {
     Vector3d force_n = Vector3d::Zero();   ///< what the user felt
     std::array<Vector3d, 3> nodal_n{};     ///< as the servo published them
     haptable_counters counters{};
+    // Of a tool's point:
+    bool presses = false;
+    Vector3d loaded_m = Vector3d::Zero();  ///< the load's god-object; `god` is the nearest
+    Vector3d normal = Vector3d::Zero();    ///< outward
 
     Vector3d u() const { return x - god; }
     Vector3d dent() const { return u() + raised_m; }
@@ -87,7 +92,7 @@ public:
         : touched_(touched),
           model_(touched.model),
           scene_(scene),
-          servo_(scene.servo(finger)),
+          servo_(touched.tool() != nullptr ? scene.point_servo(finger) : scene.servo(finger)),
           finger_(finger),
           tick_(tick),
           verdict_(verdict),
@@ -117,7 +122,8 @@ public:
         if (!now_.contact) return;
         now_.at = {out.patch, to_vector(out.alpha)};
         now_.god = to_vector(out.god_object_m);
-        if (touched_.pair != nullptr) now_.raised_m = to_vector(scene_.pair()->view[finger_].raised_m);
+        if (const haptable_pair* pair = scene_.pair(); pair != nullptr)
+            now_.raised_m = to_vector(pair->view[finger_].raised_m);
         now_.s = touched_.law.stiffness(now_.at);
         now_.curve = touched_.law.curve();
         now_.load_n = now_.curve.factor(now_.linear_j()) * (now_.s * now_.dent());
@@ -125,11 +131,38 @@ public:
         for (std::size_t c = 0; c < 3; ++c) now_.nodal_n[c] = to_vector(out.nodal_force_n[c]);
     }
 
+    /// Of a tool: where the point's contact begins and ends the nearest god-object tells.
+    void take(const haptable_point& point) {
+        now_ = Tick();
+        now_.felt.at_m = now_.x = to_vector(servo_.finger_m);
+        now_.counters = servo_.counters;
+        now_.contact = point.is_inside != 0;
+        now_.presses = point.presses != 0;
+        rounding_m_ = kRoundings * (touched_.solid.reach_m() + now_.x.norm());
+        now_.load_n = now_.force_n = to_vector(point.load_n);
+        if (!now_.contact) return;
+        now_.at = {point.at.patch, to_vector(point.at.alpha)};
+        now_.god = to_vector(servo_.contact.god_object_m);
+        now_.loaded_m = to_vector(point.at.god_object_m);
+        now_.normal = to_vector(point.normal);
+        now_.raised_m = static_cast<double>(point.raised_m) * now_.normal;
+    }
+
+    void check_point() {
+        check_sides();
+        had_limit_ = has_limit();
+        if (now_.contact) check_area(now_.loaded_m);
+        if (!now_.load_n.allFinite() || (!now_.presses && now_.load_n.norm() != 0.0) || now_.presses > now_.contact)
+            fault(Fault::kForce);
+        if (now_.presses && now_.load_n.dot(now_.normal) > 0.0) fault(Fault::kPull);
+        is_first_ = false;
+    }
+
     void check() {
         verdict_.clamped |= is_cut(now_.load_n) || is_cut(now_.force_n);
         check_force();
         check_sides();
-        if (now_.contact) check_area();
+        if (now_.contact) check_area(now_.god);
         if (now_.contact) check_law();
         if (!is_first_) check_change();
         if (is_alone() && model_.energy != nullptr) check_energy();
@@ -158,6 +191,12 @@ public:
 
     const Felt& felt() const { return now_.felt; }
     bool touches() const { return now_.contact; }
+    const Tick& now() const { return now_; }
+    const Tick& last() const { return last_; }
+    bool begins() const { return now_.contact && now_.counters.contacts != last_.counters.contacts; }
+    bool only_touches() const { return now_.contact && !now_.presses; }
+    bool fades() const { return servo_.fade_ticks != 0; }
+    double rounding_m() const { return rounding_m_; }
     const SurfacePoint& at() const { return now_.at; }
     double energy_j() const { return now_.energy_j(); }
     std::size_t limits() const {
@@ -187,7 +226,7 @@ public:
 
 private:
     /// One finger on a body at rest: all that it gives hangs on its own path.
-    bool is_alone() const { return touched_.pair == nullptr && !moves(); }
+    bool is_alone() const { return touched_.pair == nullptr && touched_.tool() == nullptr && !moves(); }
     bool moves() const { return touched_.body != nullptr || touched_.modes != nullptr; }
     double most_n() const { return static_cast<double>(model_.max_force_n); }
     haptable_freed* freed() const { return haptable_freed_of(&model_, &servo_); }
@@ -258,7 +297,7 @@ private:
         if (!(now_.force_n.norm() <= most_n() * (1.0 + 1e-5))) fault(Fault::kForce);
     }
 
-    void check_area() {
+    void check_area(const Vector3d& god) {
         const double missed = std::abs(now_.at.alpha.sum() - 1.0);
         verdict_.most_area = std::max(verdict_.most_area, missed);
         Vector3d point = Vector3d::Zero();
@@ -266,7 +305,7 @@ private:
             point += now_.at.alpha[static_cast<Eigen::Index>(c)] *
                      to_vector(touched_.servo.vertex_m[touched_.servo.patch[now_.at.patch][c]].data());
         if (!(missed <= kSumOfAreas * kFloat) || !(now_.at.alpha.minCoeff() >= 0.0) ||
-            !((point - now_.god).norm() <= kRoundings * touched_.solid.reach_m()))
+            !((point - god).norm() <= kRoundings * touched_.solid.reach_m()))
             fault(Fault::kArea);
     }
 
@@ -470,18 +509,127 @@ private:
     double given_j_ = 0.0, held_j_ = 0.0, rounding_j_ = 0.0, owed_j_ = 0.0;
 };
 
+/// A tool as a whole: C_TT f_T = u_T, F = -sum f_i and M = -sum r_i x f_i, in double.
+class ToolTrial {
+public:
+    ToolTrial(const Touched& touched, Verdict& verdict) : touched_(touched), verdict_(verdict) {}
+
+    void begin() {
+        last_ = System();
+        given_j_ = held_j_ = 0.0;
+    }
+
+    /// Returns what is wrong.
+    std::vector<Fault> check(const std::vector<std::unique_ptr<FingerTrial>>& point, const haptable_tool_output& out) {
+        System now(point, touched_);
+        std::vector<Fault> faults;
+        if (!now.is_law()) faults.push_back(Fault::kLaw);
+        if (!is_wrench(point, now, out)) faults.push_back(Fault::kForce);
+        if (touched_.model.energy != nullptr && gives(point, now)) faults.push_back(Fault::kEnergy);
+        last_ = std::move(now);
+        return faults;
+    }
+
+private:
+    /// What presses in a tick, T.
+    struct System {
+        std::vector<std::size_t> in;  ///< [n] points
+        Eigen::VectorXd u_m, f_n;     ///< [3 n] dents and loads
+        Eigen::MatrixXd c;            ///< [3 n, 3 n]
+        double rounding_m = 0.0;
+
+        System() = default;
+        System(const std::vector<std::unique_ptr<FingerTrial>>& point, const Touched& touched) {
+            std::vector<SurfacePoint> at;
+            for (std::size_t i = 0; i < point.size(); ++i)
+                if (point[i]->now().presses) in.push_back(i), at.push_back(point[i]->at());
+            u_m.resize(3 * size());
+            f_n.resize(3 * size());
+            for (Eigen::Index k = 0; k < size(); ++k) {
+                const FingerTrial& one = *point[in[static_cast<std::size_t>(k)]];
+                u_m.segment<3>(3 * k) = one.now().x - one.now().loaded_m + one.now().raised_m;
+                f_n.segment<3>(3 * k) = one.now().load_n;
+                rounding_m = std::max(rounding_m, one.rounding_m());
+            }
+            if (!in.empty()) c = touched.law.compliance(*touched.tool()->points.pair, at);
+        }
+        Eigen::Index size() const { return static_cast<Eigen::Index>(in.size()); }
+        double stored_j() const { return 0.5 * u_m.dot(f_n); }
+        /// The residual, as its size and the rounding of places allow: that does not ask for C's condition.
+        bool is_law() const {
+            if (in.empty()) return true;
+            return (c * f_n - u_m).norm() <=
+                   kLaw * (c.norm() * f_n.norm() + u_m.norm()) + std::sqrt(size()) * rounding_m;
+        }
+        /// Where the points have gone, the god-objects standing still.
+        double stored_at(const std::vector<std::unique_ptr<FingerTrial>>& point) const {
+            Eigen::VectorXd u = u_m;
+            for (Eigen::Index k = 0; k < size(); ++k) {
+                const FingerTrial& one = *point[in[static_cast<std::size_t>(k)]];
+                u.segment<3>(3 * k) += one.now().x - one.last().x;
+            }
+            return in.empty() ? 0.0 : 0.5 * u.dot(c.ldlt().solve(u));
+        }
+    };
+
+    /// The wrench is that of the loads, within its limits; one whose points fade has less.
+    bool is_wrench(const std::vector<std::unique_ptr<FingerTrial>>& point, const System& now,
+                   const haptable_tool_output& out) {
+        const double most_n = static_cast<double>(touched_.model.max_force_n);
+        const double most_n_m = static_cast<double>(touched_.tool()->max_torque_n_m);
+        const Vector3d handle = to_vector(out.position_m);
+        const Vector3d force = to_vector(out.hand.force_n), torque = to_vector(out.torque_n_m);
+        Vector3d f = Vector3d::Zero(), m = f;
+        double size = 0.0, arm = handle.norm();
+        for (std::size_t i : now.in) {
+            if (point[i]->fades())
+                return force.norm() <= most_n * (1.0 + kLaw) && torque.norm() <= most_n_m * (1.0 + kLaw);
+            const Vector3d load = point[i]->now().load_n, r = point[i]->now().x - handle;
+            f -= load;
+            m -= r.cross(load);
+            size += load.norm();
+            arm = std::max(arm, r.norm());
+        }
+        verdict_.clamped |= f.norm() > most_n || m.norm() > most_n_m;
+        return (force - cut(f, most_n)).norm() <= kLaw * size &&
+               (torque - cut(m, most_n_m)).norm() <= kLaw * arm * size;
+    }
+
+    /// As of one finger: on the springs of the last tick. What begins to press the hand has pressed. Until a clamp.
+    bool gives(const std::vector<std::unique_ptr<FingerTrial>>& point, const System& now) {
+        if (verdict_.clamped) return false;
+        const double moved_j = last_.stored_at(point);
+        // One that touches and does not press may have done so within the tick.
+        const bool begins = !std::includes(last_.in.begin(), last_.in.end(), now.in.begin(), now.in.end()) ||
+                            std::any_of(point.begin(), point.end(),
+                                        [](const auto& one) { return one->begins() || one->only_touches(); });
+        given_j_ += last_.stored_j() - moved_j - (begins ? std::max(0.0, now.stored_j() - moved_j) : 0.0);
+        verdict_.most_stored_j = std::max(verdict_.most_stored_j, now.stored_j());
+        rounding_j_ = std::max(rounding_j_, now.f_n.norm() * now.rounding_m);
+        held_j_ = std::min(held_j_, given_j_ + now.stored_j());
+        verdict_.most_given_j = std::max(verdict_.most_given_j, given_j_ - held_j_);
+        return given_j_ - held_j_ > kEnergy * verdict_.most_stored_j + rounding_j_;
+    }
+
+    const Touched& touched_;
+    Verdict& verdict_;
+    System last_;
+    double given_j_ = 0.0, held_j_ = 0.0, rounding_j_ = 0.0;
+};
+
 /// One stroke on one scene.
 class Trial {
 public:
     Trial(const Touched& touched, std::vector<Judged>* ticks)
         : touched_(touched),
           ticks_(ticks),
-          scene_(touched.model, touched.pair, touched.body, touched.modes),
+          scene_(touched.model, touched.pair, touched.body, touched.modes, touched.tool()),
+          tool_(touched, verdict_),
           rigid_(touched.body != nullptr ? rigid_of(*touched.body) : Rigid()),
           ledger_(
               touched.servo.stiffness.felt_n_per_m, touched.body != nullptr ? &rigid_ : nullptr,
               touched.modes != nullptr && (touched.model.energy == nullptr || touched.model.frictionless != nullptr)) {
-        for (std::size_t f = 0; f < scene_.fingers(); ++f)
+        for (std::size_t f = 0; f < touched.contacts(); ++f)
             finger_.push_back(std::make_unique<FingerTrial>(touched_, scene_, f, tick_, verdict_));
     }
 
@@ -493,7 +641,7 @@ public:
             if (is_sound)
                 check();
             else
-                for (auto& finger : finger_) finger->begin();
+                begin();
             if (ticks_ != nullptr)
                 for (auto& finger : finger_)
                     ticks_->push_back(is_sound ? finger->describe(ledger_.risen_j()) : Judged());
@@ -505,11 +653,32 @@ public:
 
 private:
     void step(const FingerPositions& at) {
-        std::array<haptable_input, 2> in{};
-        std::array<haptable_output, 2> out{};
         tick_.faults.clear();
         tick_.rests = tick_.index > 0 && at == at_;
         at_ = at;
+        if (touched_.tool() != nullptr)
+            step_tool(at);
+        else
+            step_fingers(at);
+        const bool had_limit = has_limit_;
+        has_limit_ = false;
+        for (const auto& finger : finger_) has_limit_ |= finger->has_limit();
+        tick_.has_limit = has_limit_ || had_limit;
+    }
+
+    void step_tool(const FingerPositions& at) {
+        haptable_tool_input in{};
+        std::copy_n(at[0].begin(), 3, in.hand.finger_m);
+        std::copy_n(turn_of(at[1]).begin(), 4, in.turn);
+        in.hand.is_there = 1;
+        for (auto& point : finger_) point->keep();
+        touched_.step(scene_, &in.hand, static_cast<std::uint32_t>(tick_.index) * HAPTABLE_TICK_US, &felt_.hand);
+        for (std::size_t i = 0; i < finger_.size(); ++i) finger_[i]->take(scene_.point_state(i));
+    }
+
+    void step_fingers(const FingerPositions& at) {
+        std::array<haptable_input, 2> in{};
+        std::array<haptable_output, 2> out{};
         if (touched_.body != nullptr) tick_.before = motion_of(*scene_.body(), rigid_);
         for (std::size_t f = 0; f < finger_.size(); ++f) {
             std::copy_n(at[f].begin(), 3, in[f].finger_m);
@@ -519,25 +688,28 @@ private:
         touched_.step(scene_, in.data(), static_cast<std::uint32_t>(tick_.index) * HAPTABLE_TICK_US, out.data());
         if (touched_.body != nullptr) tick_.after = motion_of(*scene_.body(), rigid_);
         for (std::size_t f = 0; f < finger_.size(); ++f) finger_[f]->take(in[f], out[f]);
-        const bool had_limit = has_limit_;
-        has_limit_ = false;
-        for (const auto& finger : finger_) has_limit_ |= finger->has_limit();
-        tick_.has_limit = has_limit_ || had_limit;
     }
 
     void check() {
         std::size_t contacts = 0;
         for (auto& finger : finger_) {
-            finger->check();
+            touched_.tool() != nullptr ? finger->check_point() : finger->check();
             contacts += finger->touches() ? 1 : 0;
         }
         verdict_.contact_ticks += contacts > 0 ? 1 : 0;
-        verdict_.both_ticks += contacts == 2 ? 1 : 0;
+        verdict_.both_ticks += contacts > 1 ? 1 : 0;
+        if (touched_.tool() != nullptr)
+            for (const Fault fault : tool_.check(finger_, felt_)) finger_[0]->fault(fault);
         if (touched_.body != nullptr && !only_fingers_act()) return;
         if (touched_.body != nullptr) check_momentum();
         if (touched_.body != nullptr || touched_.modes != nullptr ||
-            (finger_.size() == 2 && touched_.model.energy != nullptr))
+            (touched_.pair != nullptr && touched_.model.energy != nullptr))
             check_ledger();
+    }
+
+    void begin() {
+        for (auto& finger : finger_) finger->begin();
+        tool_.begin();
     }
 
     /// No weight, no suspension, no floor.
@@ -591,6 +763,8 @@ private:
     const Touched& touched_;
     std::vector<Judged>* ticks_;
     SceneState scene_;
+    ToolTrial tool_;
+    haptable_tool_output felt_{};
     Rigid rigid_;
     Ledger ledger_;
     SceneTick tick_;
@@ -607,6 +781,7 @@ constexpr double kBehind = 50.0;
 
 /// The hands' frame follows the body's.
 Stroke make_stroke(const Touched& touched, const StrokeMaker& maker, std::uint64_t seed, std::uint64_t number) {
+    if (touched.tool() != nullptr) return maker.make_poses(seed, number);
     Stroke stroke = maker.make(seed, number, touched.fingers());
     if (touched.body == nullptr) return stroke;
     SceneState scene(touched.model, touched.pair, touched.body, touched.modes);

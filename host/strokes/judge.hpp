@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Runs a stroke on a scene's step and holds every tick to what docs/CONTACT.md, FINGERS.md, BODY.md and MODES.md
+// Runs a stroke on a scene's step and holds every tick to what docs/CONTACT.md, FINGERS.md, TOOL.md and MOVING.md
 // promise, as geometry, tables in double and the laws of motion tell it. docs/STROKES.md lists the properties and the
 // reasons for their tolerances.
 #pragma once
 
 #include <array>
 #include <cstddef>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,9 +31,10 @@ enum class Fault : std::size_t {
     kCone,      ///< friction: the force lies outside of its cone
     kBrake,     ///< with a release: a force that brakes more comes at once, and not by the slew
     kMomentum,  ///< of a free body: not what the fingers gave
+    kPull,      ///< a tool's point pulls the surface
 };
-inline constexpr std::array<std::string_view, 11> kFaultNames{"outside", "lost",   "force", "area",  "law",     "drawn",
-                                                              "jump",    "energy", "cone",  "brake", "momentum"};
+inline constexpr std::array<std::string_view, 12> kFaultNames{
+    "outside", "lost", "force", "area", "law", "drawn", "jump", "energy", "cone", "brake", "momentum", "pull"};
 inline constexpr std::size_t kFaults = kFaultNames.size();
 inline std::string_view name_of(Fault fault) { return kFaultNames[static_cast<std::size_t>(fault)]; }
 
@@ -66,18 +68,29 @@ struct Touched {
     const Law& law;
     const ServoModel& servo;
     const haptable_model& model;
-    const haptable_pair_model* pair = nullptr;  ///< null: one finger
-    const haptable_body* body = nullptr;        ///< null: it is held
-    const haptable_modes* modes = nullptr;      ///< null: it follows at once
-    StepOfScene* step = &step_scene;            ///< a test may put a worse one in its place
+    const haptable_pair_model* pair = nullptr;     ///< null: one finger
+    const haptable_body* body = nullptr;           ///< null: it is held
+    const haptable_modes* modes = nullptr;         ///< null: it follows at once
+    std::span<const haptable_tool_model> tools{};  ///< empty: the hand has fingers; else it holds the first
+    StepOfScene* step = &step_scene;               ///< a test may put a worse one in its place
 
     int fingers() const { return pair != nullptr ? 2 : 1; }
+    const haptable_tool_model* tool() const { return tools.empty() ? nullptr : tools.data(); }
+    std::size_t contacts() const {
+        return tools.empty() ? static_cast<std::size_t>(fingers()) : std::size_t{tool()->points.count};
+    }
+    /// With the tool that the stroke of that number has.
+    Touched of_stroke(std::uint64_t number) const {
+        Touched one = *this;
+        if (!tools.empty()) one.tools = tools.subspan(number % tools.size(), 1);
+        return one;
+    }
 };
 
 /// The stroke of that number. Where nothing holds the body the hands go after it.
 Stroke make_stroke(const Touched& touched, const StrokeMaker& maker, std::uint64_t seed, std::uint64_t number);
 
-/// A finger's tick as the judge saw it.
+/// A tick of a finger, or of a tool's point, as the judge saw it.
 struct Judged {
     bool contact, inside, sees_god;
     Eigen::Vector3d at_m;  ///< the finger as the surface at rest has it

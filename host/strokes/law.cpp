@@ -38,6 +38,19 @@ std::map<std::array<std::int32_t, 2>, std::size_t> places(const std::vector<std:
     return place;
 }
 
+/// What controls of a place weigh: corners, then of a mask the edges opposite to them.
+std::array<double, HAPTABLE_PAIR_CONTROLS> weights_of(const haptable_pair_law& law, const SurfacePoint& g) {
+    std::array<double, HAPTABLE_PAIR_CONTROLS> weight{};
+    for (std::size_t k = 0; k < 3; ++k) {
+        const double a = g.alpha[static_cast<Eigen::Index>(k)];
+        const double rest = g.alpha[static_cast<Eigen::Index>((k + 1) % 3)];
+        const double last = g.alpha[static_cast<Eigen::Index>((k + 2) % 3)];
+        weight[k] = law.controls == 3 ? a : a * a;
+        if (law.controls == HAPTABLE_PAIR_CONTROLS) weight[3 + k] = 2.0 * rest * last;
+    }
+    return weight;
+}
+
 }  // namespace
 
 Law::Law(const Tables& tables, const ServoModel& servo)
@@ -152,32 +165,46 @@ Matrix3d Law::stiffness(const SurfacePoint& g) const {
     return (p + lift(g, p) * Matrix3d::Identity()).inverse();
 }
 
+/// sum w_k w_l C_kl by the pair's tables.
+Matrix3d Law::coupling(const haptable_pair_model& pair, const SurfacePoint& one, const SurfacePoint& other) const {
+    constexpr std::size_t kMost = HAPTABLE_PAIR_CONTROLS;
+    const std::size_t controls = pair.law->controls;
+    const auto v = weights_of(*pair.law, one), w = weights_of(*pair.law, other);
+    std::array<float[9], kMost * kMost> blocks;
+    pair.blocks(&pair, static_cast<std::uint16_t>(one.patch), static_cast<std::uint16_t>(other.patch), blocks.data());
+    Matrix3d x = Matrix3d::Zero();
+    for (std::size_t k = 0; k < controls; ++k)
+        for (std::size_t l = 0; l < controls; ++l)
+            x += v[k] * w[l] *
+                 Eigen::Map<const Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>(blocks[k * controls + l]).cast<double>();
+    return x;
+}
+
+Eigen::MatrixXd Law::compliance(const haptable_pair_model& pair, const std::vector<SurfacePoint>& g) const {
+    const auto n = static_cast<Eigen::Index>(g.size());
+    Eigen::MatrixXd c(3 * n, 3 * n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+        const SurfacePoint& at = g[static_cast<std::size_t>(i)];
+        c.block<3, 3>(3 * i, 3 * i) = stiffness(at).inverse();
+        for (Eigen::Index j = 0; j < i; ++j) {
+            c.block<3, 3>(3 * i, 3 * j) = coupling(pair, at, g[static_cast<std::size_t>(j)]);
+            c.block<3, 3>(3 * j, 3 * i) = c.block<3, 3>(3 * i, 3 * j).transpose();
+        }
+    }
+    return c;
+}
+
 Eigen::Matrix<double, 6, 6> Law::stiffness_of_two(const haptable_pair_model& pair,
                                                   const std::array<SurfacePoint, 2>& g) const {
-    const std::size_t controls = pair.law->controls;
-    std::array<std::array<double, HAPTABLE_PAIR_CONTROLS>, 2> weight{};
     std::array<Vector3d, 2> at_m;
     std::array<Matrix3d, 2> c;
     for (std::size_t f = 0; f < 2; ++f) {
         at_m[f].setZero();
-        for (std::size_t k = 0; k < 3; ++k) {  // of a mask the corners, then the edges opposite to them
-            const double a = g[f].alpha[static_cast<Eigen::Index>(k)];
-            const double rest = g[f].alpha[static_cast<Eigen::Index>((k + 1) % 3)];
-            const double last = g[f].alpha[static_cast<Eigen::Index>((k + 2) % 3)];
-            weight[f][k] = controls == 3 ? a : a * a;
-            if (controls == HAPTABLE_PAIR_CONTROLS) weight[f][3 + k] = 2.0 * rest * last;
-            at_m[f] += a * corner_m_[g[f].patch][k];
-        }
+        for (std::size_t k = 0; k < 3; ++k)
+            at_m[f] += g[f].alpha[static_cast<Eigen::Index>(k)] * corner_m_[g[f].patch][k];
         c[f] = stiffness(g[f]).inverse();
     }
-    constexpr std::size_t kMost = HAPTABLE_PAIR_CONTROLS;
-    std::array<float[9], kMost * kMost> blocks;
-    pair.blocks(&pair, static_cast<std::uint16_t>(g[0].patch), static_cast<std::uint16_t>(g[1].patch), blocks.data());
-    Matrix3d x = Matrix3d::Zero();
-    for (std::size_t k = 0; k < controls; ++k)
-        for (std::size_t l = 0; l < controls; ++l)
-            x += weight[0][k] * weight[1][l] *
-                 Eigen::Map<const Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>(blocks[k * controls + l]).cast<double>();
+    Matrix3d x = coupling(pair, g[0], g[1]);
     const double near =
         std::max(0.0, 1.0 - (at_m[0] - at_m[1]).squaredNorm() / std::pow(static_cast<double>(pair.meeting_m), 2));
     x *= 1.0 - static_cast<double>(HAPTABLE_PAIR_MEETING) * near * near;

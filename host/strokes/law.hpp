@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <vector>
 
 #include "codegen/model.hpp"
 #include "firmware/haptable_pair.h"
@@ -32,6 +33,8 @@ public:
     /// where they meet or where the two are as good as one (docs/SPEC.md).
     Eigen::Matrix<double, 6, 6> stiffness_of_two(const haptable_pair_model& pair,
                                                  const std::array<SurfacePoint, 2>& g) const;
+    /// C of places that are all pressed, [3 n, 3 n], m/N: C_i of each, between two what the pair's tables have.
+    Eigen::MatrixXd compliance(const haptable_pair_model& pair, const std::vector<SurfacePoint>& g) const;
     /// True where the surface drawn with a contact's forces must meet the finger: force = "consistent", not lifted.
     bool draws(const SurfacePoint& g) const;
     /// By how much nodal forces on the patch move the point, m: sum alpha_a L_ab F_b. before: draws(g).
@@ -43,6 +46,7 @@ private:
     void gather_compliance(const Tables& tables, const ServoModel& servo);
     void gather_pairs(const Tables& tables, const ServoModel& servo);
     Block polynomial(const SurfacePoint& g) const;
+    Block coupling(const haptable_pair_model& pair, const SurfacePoint& one, const SurfacePoint& other) const;
     double lift(const SurfacePoint& g, const Block& c) const;
 
     int degree_;  ///< 1: S itself; 2, 4: C

@@ -32,11 +32,11 @@ void judge_one(const Options& options) {
     Progress progress(options.quiet);
     const Scene scene = read_scene(options.campaign.places.front());
     const StrokedBody body(scene, options.campaign.folder / "judged" / scene.name, progress);
-    const StrokedModel model(body, scene.contact);
+    const StrokedModel model(body, scene.contact, body.tools());
     std::vector<Judged> ticks;
     judge(model.touched(), read_stroke(options.stroke), &ticks);
     progress.clear();
-    fmt::print("{}", to_csv(ticks, scene.contact.fingers));
+    fmt::print("{}", to_csv(ticks, model.touched().contacts()));
 }
 
 /// Ctrl-C: says what is kept.

@@ -278,8 +278,13 @@ std::string to_toml(const Scene& scene) {
         text += fmt::format("friction = {:.17g}\nkinetic_friction = {:.17g}\n", contact.static_friction,
                             contact.kinetic_friction);
     if (scene.free_body || scene.body_modes) text += "\n[body]\n" + body_of(scene);
+    if (scene.tool) {
+        text += fmt::format("\n[tool]\nmax_torque = {:.17g}\npoints = [", scene.tool->max_torque_n_m);
+        for (const auto& r : scene.tool->point_m) text += fmt::format("[{:.17g}], ", fmt::join(r, ", "));
+        text += "]\n";
+    }
     text += fmt::format("\n[device]\nmax_force = {:.17g}\n\n[tables]\ncolumns = \"none\"\n", scene.device.max_force_n);
-    if (contact.fingers == 2) text += fmt::format("coupling_bytes = {}\n", scene.tables.coupling_bytes);
+    if (contact.fingers == 2 || scene.tool) text += fmt::format("coupling_bytes = {}\n", scene.tables.coupling_bytes);
     return text;
 }
 

@@ -2,7 +2,9 @@
 #include "host/strokes/report.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "host/link/finger_path.hpp"
@@ -22,6 +24,7 @@ nlohmann::ordered_json to_json(const CampaignResult& result) {
                                  {"god_object", word(mode.god_object)},
                                  {"friction", mode.friction},
                                  {"fingers", mode.fingers},
+                                 {"tool", mode.tool},
                                  {"free", mode.body.motion > 0},
                                  {"rings", mode.body.rings}});
     for (const StrokedMeshResult& one : result.results) {
@@ -41,9 +44,10 @@ nlohmann::ordered_json to_json(const CampaignResult& result) {
 }
 
 std::string to_csv(const Stroke& stroke, int fingers) {
-    std::string text = fingers == 2 ? "x,y,z,x2,y2,z2\n" : "x,y,z\n";
+    std::string text = fingers == 2 ? "x,y,z,x2,y2,z2\n" : fingers == kToolHand ? "x,y,z,qw,qx,qy,qz\n" : "x,y,z\n";
     for (const FingerPositions& x : stroke) {
         text += fmt::format("{:.9g},{:.9g},{:.9g}", x[0][0], x[0][1], x[0][2]);
+        if (fingers == kToolHand) text += fmt::format(",{:.9g}", fmt::join(turn_of(x[1]), ","));
         if (fingers == 2) text += fmt::format(",{:.9g},{:.9g},{:.9g}", x[1][0], x[1][1], x[1][2]);
         text += "\n";
     }
@@ -55,21 +59,23 @@ Stroke read_stroke(const std::filesystem::path& file) {
     const auto rounded = [](const std::array<double, 3>& x) {
         return std::array{static_cast<float>(x[0]), static_cast<float>(x[1]), static_cast<float>(x[2])};
     };
-    for (const FingerTick& tick : read_finger_ticks(file, Positions::any))
-        stroke.push_back({rounded(tick.position_m),
-                          rounded(tick.others.empty() ? std::array<double, 3>{} : tick.others[0].position_m)});
+    for (const FingerTick& tick : read_finger_ticks(file, Positions::any)) {
+        std::array<double, 3> second = tick.others.empty() ? std::array<double, 3>{} : tick.others[0].position_m;
+        if (tick.turn)
+            for (std::size_t c = 0; c < 3; ++c) second[c] = std::copysign(1.0, (*tick.turn)[0]) * (*tick.turn)[1 + c];
+        stroke.push_back({rounded(tick.position_m), rounded(second)});
+    }
     return stroke;
 }
 
-std::string to_csv(const std::vector<Judged>& ticks, int fingers) {
+std::string to_csv(const std::vector<Judged>& ticks, std::size_t contacts) {
     std::string text =
         "tick,finger,x,y,z,contact,inside,sees_god,patch,alpha_0,alpha_1,alpha_2,god_x,god_y,god_z,limits,gap_m,"
         "force_n,law_n,change_n,stored_j,given_j,faults\n";
     for (std::size_t i = 0; i < ticks.size(); ++i) {
         const Judged& t = ticks[i];
-        const auto count = static_cast<std::size_t>(fingers);
-        text += fmt::format("{},{},{:.9g},{:.9g},{:.9g},{:d},{:d},{:d},", i / count, i % count, t.at_m.x(), t.at_m.y(),
-                            t.at_m.z(), t.contact, t.inside, t.sees_god);
+        text += fmt::format("{},{},{:.9g},{:.9g},{:.9g},{:d},{:d},{:d},", i / contacts, i % contacts, t.at_m.x(),
+                            t.at_m.y(), t.at_m.z(), t.contact, t.inside, t.sees_god);
         text +=
             fmt::format("{},{:.6g},{:.6g},{:.6g},{:.9g},{:.9g},{:.9g},{},", t.contact ? std::to_string(t.at.patch) : "",
                         t.at.alpha[0], t.at.alpha[1], t.at.alpha[2], t.god_m.x(), t.god_m.y(), t.god_m.z(), t.limits);

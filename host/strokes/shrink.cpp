@@ -8,16 +8,19 @@ namespace haptable {
 
 namespace {
 
-/// How far the finger went that moved more, m.
-double motion_m(const FingerPositions& a, const FingerPositions& b) {
-    return std::max((to_vector(b[0].data()) - to_vector(a[0].data())).norm(),
-                    (to_vector(b[1].data()) - to_vector(a[1].data())).norm());
+/// How far each finger, or a tool's handle and its turn, go in a tick at the most.
+std::array<double, 2> longest_motions(const Stroke& stroke) {
+    std::array<double, 2> longest{};
+    for (std::size_t i = 1; i < stroke.size(); ++i)
+        for (std::size_t f = 0; f < 2; ++f)
+            longest[f] =
+                std::max(longest[f], (to_vector(stroke[i][f].data()) - to_vector(stroke[i - 1][f].data())).norm());
+    return longest;
 }
 
-double longest_motion_m(const Stroke& stroke) {
-    double longest = 0.0;
-    for (std::size_t i = 1; i < stroke.size(); ++i) longest = std::max(longest, motion_m(stroke[i - 1], stroke[i]));
-    return longest;
+bool is_slow(const Stroke& stroke, const std::array<double, 2>& most) {
+    const auto [first, second] = longest_motions(stroke);
+    return !stroke.empty() && first <= most[0] && second <= most[1];
 }
 
 Stroke without(const Stroke& stroke, std::size_t begin, std::size_t count) {
@@ -30,7 +33,8 @@ Stroke without(const Stroke& stroke, std::size_t begin, std::size_t count) {
 }  // namespace
 
 Stroke shrink(const Touched& touched, const Stroke& stroke, Fault fault) {
-    const double most_m = std::max(longest_motion_m(stroke), static_cast<double>(HAPTABLE_FAST_SEGMENT_M));
+    std::array<double, 2> most = longest_motions(stroke);
+    for (double& longest : most) longest = std::max(longest, static_cast<double>(HAPTABLE_FAST_SEGMENT_M));
     Stroke least = stroke;
     const auto cut = [&](const Verdict& verdict) {  // what comes after the fault is not needed
         least.resize(static_cast<std::size_t>(verdict.tick[static_cast<std::size_t>(fault)]) + 1);
@@ -39,8 +43,7 @@ Stroke shrink(const Touched& touched, const Stroke& stroke, Fault fault) {
     for (std::size_t count = least.size() / 2; count > 0; count /= 2)
         for (std::size_t begin = 0; begin < least.size();) {
             Stroke tried = without(least, begin, count);
-            const bool is_slow = !tried.empty() && longest_motion_m(tried) <= most_m;
-            const Verdict verdict = is_slow ? judge(touched, tried) : Verdict();
+            const Verdict verdict = is_slow(tried, most) ? judge(touched, tried) : Verdict();
             if (!verdict.has(fault)) {
                 begin += count;
                 continue;

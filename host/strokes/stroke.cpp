@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "host/strokes/motion.hpp"
 
@@ -27,6 +28,11 @@ std::uint64_t mix(std::uint64_t a, std::uint64_t b) {
 }
 
 }  // namespace
+
+std::array<float, 4> turn_of(const std::array<float, 3>& vector) {
+    const double rest = 1.0 - to_vector(vector.data()).squaredNorm();
+    return {static_cast<float>(std::sqrt(std::max(0.0, rest))), vector[0], vector[1], vector[2]};
+}
 
 /// A finger on its way, and its dice.
 struct StrokeMaker::Pen {
@@ -247,6 +253,23 @@ Stroke StrokeMaker::make(std::uint64_t seed, std::uint64_t number, int fingers) 
     const Path first = path(seed, 2 * number), second = path(seed, 2 * number + 1);
     for (std::size_t i = 0; i < std::max(first.size(), second.size()); ++i)
         stroke.push_back({first[std::min(i, first.size() - 1)], second[std::min(i, second.size() - 1)]});
+    return stroke;
+}
+
+Stroke StrokeMaker::make_poses(std::uint64_t seed, std::uint64_t number) const {
+    constexpr double kFastest = 0.02, kSway = 2.0, kSlower = 0.3;  // rad a tick, rad
+    Stroke stroke = make(seed, number, 1);
+    Pen pen{std::mt19937_64(mix(~seed, number)), {}, Vector3d::Zero()};
+    const Vector3d fast = kSway * pen.between(0.0, 1.0) * pen.direction();
+    const Vector3d slow = pen.between(0.0, std::numbers::pi) * pen.direction();
+    const double per_tick = pen.scale(0.01 * kFastest, kFastest);
+    for (std::size_t i = 0; i < stroke.size(); ++i) {
+        const double angle = per_tick * static_cast<double>(i);
+        const Vector3d by = fast * std::sin(angle) + slow * std::cos(kSlower * angle);
+        const Eigen::Quaterniond turn(Eigen::AngleAxisd(by.norm(), by.norm() > 0.0 ? by.normalized() : by));
+        for (std::size_t c = 0; c < 3; ++c)
+            stroke[i][1][c] = static_cast<float>(std::copysign(1.0, turn.w()) * turn.vec()[static_cast<int>(c)]);
+    }
     return stroke;
 }
 

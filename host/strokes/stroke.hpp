@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Random fingers, one or two at once: what hands do to a body, and what they should not be able to do.
+// Random fingers, one or two at once, and a tool's poses: what hands do to a body, and what they should not be able to
+// do.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,10 +13,14 @@
 
 namespace haptable {
 
-/// Positions of both fingers in a tick, m, world coordinates, as the servo is given them; of one, the first.
+/// Positions of both fingers in a tick, m, world coordinates, as the servo is given them; of one, the first. Of a tool
+/// the handle's, and the vector part of its turn, whose scalar part is not negative.
 using FingerPositions = std::array<std::array<float, 3>, 2>;
 /// One a millisecond.
 using Stroke = std::vector<FingerPositions>;
+
+/// The whole turn, w x y z, of its vector part.
+std::array<float, 4> turn_of(const std::array<float, 3>& vector);
 
 /// Makes strokes over one surface. The same numbers give the same stroke.
 class StrokeMaker {
@@ -26,6 +31,8 @@ public:
     /// closed loop; straight through at 1 to 5 m/s; tremble at the surface; zigzag in and out; one that begins inside.
     /// Two fingers have the paths of the numbers 2 n and 2 n + 1; the one that is done waits.
     Stroke make(std::uint64_t seed, std::uint64_t number, int fingers) const;
+    /// A tool, whose handle goes as one finger does, rolls, tilts and spins.
+    Stroke make_poses(std::uint64_t seed, std::uint64_t number) const;
 
 private:
     struct Pen;

@@ -2,10 +2,13 @@
 #include "host/strokes/stroked_body.hpp"
 
 #include <nlohmann/json.hpp>
+#include <random>
 
 #include "codegen/in_memory.hpp"
 #include "host/base/file.hpp"
 #include "host/base/json.hpp"
+#include "host/base/tool_range.hpp"
+#include "host/body/sample_tool.hpp"
 #include "host/precompute/precompute.hpp"
 
 namespace haptable {
@@ -42,12 +45,16 @@ std::string BodyKind::name() const {
 
 std::vector<TouchMode> all_modes() {
     std::vector<TouchMode> modes;
-    for (const ForceLaw force : every<ForceLaw>())
+    const auto add = [&](ForceLaw force, int fingers, const BodyKind& body, bool tool) {
+        for (const GodObject god_object : every<GodObject>())
+            for (const bool friction : {false, true})
+                modes.push_back({force, god_object, friction, fingers, body, tool});
+    };
+    for (const ForceLaw force : every<ForceLaw>()) {
         for (const int fingers : {1, 2})
-            for (const BodyKind& body : kBodyKinds)
-                for (const GodObject god_object : every<GodObject>())
-                    for (const bool friction : {false, true})
-                        modes.push_back({force, god_object, friction, fingers, body});
+            for (const BodyKind& body : kBodyKinds) add(force, fingers, body, false);
+        if (force != ForceLaw::kInterpolated) add(force, 1, {}, true);
+    }
     return modes;
 }
 
@@ -59,12 +66,12 @@ Scene in_mode(Scene scene, const TouchMode& mode) {
     if (mode.force != ForceLaw::kPressureMask) contact.mask_radius_m = 0.0;
     contact.static_friction = mode.friction ? kStaticFriction : 0.0;
     contact.kinetic_friction = mode.friction ? kKineticFriction : 0.0;
-    const bool releases = mode.god_object == GodObject::kLeastEnergy && mode.body.motion == 0;
+    const bool releases = mode.god_object == GodObject::kLeastEnergy && mode.body.motion == 0 && !mode.tool;
     contact.release_n_per_ms = releases ? kRelease_n_per_ms : 0.0;
-    if (mode.fingers == 2) scene.tables.coupling_bytes = kMostCoupling;
+    if (mode.is_coupled()) scene.tables.coupling_bytes = kMostCoupling;
     scene.free_body.reset();
     scene.body_modes.reset();
-    if (mode.fingers == 2 || mode.body.rings) scene.material.stiffening.reset();  // docs/MATERIALS.md: refused
+    if (mode.is_coupled() || mode.body.rings) scene.material.stiffening.reset();  // docs/MATERIALS.md: refused
     if (mode.body.motion > 0) {
         scene.options = options_of(scene);
         scene.options.set(kRigid[mode.body.motion - 1].key, true);
@@ -77,7 +84,7 @@ Scene in_mode(Scene scene, const TouchMode& mode) {
 }
 
 fs::path BodyTables::folder_of(const TouchMode& mode) const {
-    return folder_ / (std::string(word(mode.force)) + (mode.fingers == 2 ? "-two" : "") + mode.body.name());
+    return folder_ / (std::string(word(mode.force)) + (mode.is_coupled() ? "-two" : "") + mode.body.name());
 }
 
 SceneFiles BodyTables::with(const TouchMode& mode) {
@@ -85,7 +92,7 @@ SceneFiles BodyTables::with(const TouchMode& mode) {
     TouchMode other = mode;
     for (const int fingers : {1, 2})
         for (const ForceLaw force : kForcesOfTables) {
-            other.force = force, other.fingers = fingers;
+            other.force = force, other.fingers = fingers, other.tool = false;
             if (!fs::exists(folder) && fs::exists(folder_of(other) / "summary.json"))
                 fs::copy(folder_of(other), folder, fs::copy_options::recursive);
         }
@@ -93,8 +100,8 @@ SceneFiles BodyTables::with(const TouchMode& mode) {
     options.tolerance = kTolerance;
     options.inverse = &inverse_;
     Progress silent(true);
-    precompute(in_mode(scene_, {mode.force, GodObject::kNearest, false, mode.fingers, mode.body}), folder, silent,
-               options);
+    precompute(in_mode(scene_, {mode.force, GodObject::kNearest, false, mode.is_coupled() ? 2 : 1, mode.body}), folder,
+               silent, options);
     return read_scene_files(folder);
 }
 
@@ -122,7 +129,39 @@ StrokedBody::StrokedBody(SceneFiles files)
     if (files_.body_modes) body_modes_ = build_modes(*files_.body_modes, files_.tables, servo_);
 }
 
-StrokedModel::StrokedModel(const StrokedBody& body, const ContactOptions& contact) : body_(body) {
+std::vector<ToolTables> StrokedBody::random_tools(const Scene& scene) const {
+    constexpr std::size_t kMost = 16;
+    constexpr double kLargest = 1.0 / 12.0;  // of the body's size: a radius
+    const double size_m = solid_.size_m();
+    std::mt19937_64 dice(kMost);
+    const auto between = [&](double low, double high) { return std::uniform_real_distribution(low, high)(dice); };
+    std::vector<ToolTables> tools;
+    for (std::size_t count = kFewestPoints; count <= kMost; ++count) {
+        const double radius_m = between(0.25 * kLargest, kLargest) * size_m;
+        Tool tool;
+        if (count % 3 == 0) {
+            for (std::size_t i = 0; i < count; ++i)
+                tool.point_m.push_back(
+                    {between(-radius_m, radius_m), between(-radius_m, radius_m), between(-radius_m, radius_m)});
+        } else {
+            ToolShape shape;
+            shape.kind = count % 3 == 1 ? ToolShape::Kind::kDisc : ToolShape::Kind::kSphere;
+            shape.points = static_cast<int>(count);
+            shape.radius_m = radius_m;
+            shape.angle_deg = 90.0;
+            tool.shape = shape;
+        }
+        Scene with;
+        with.device = scene.device;
+        with.tool = tool;
+        complete_tool(with);
+        tools.push_back({with.tool->point_m, with.tool->max_torque_n_m, 0.0, 0.0, 0.0, {}});
+    }
+    return tools;
+}
+
+StrokedModel::StrokedModel(const StrokedBody& body, const ContactOptions& contact, const std::vector<ToolTables>& tools)
+    : body_(body) {
     const Tables& whole = body.files_.tables;
     Tables tables;  // what a model has beside the servo's tables
     tables.force = whole.force;
@@ -134,7 +173,9 @@ StrokedModel::StrokedModel(const StrokedBody& body, const ContactOptions& contac
     tables.options.set("contact.release_slew", contact.release_n_per_ms);
     tables.options.set("contact.passivity", contact.passivity);
     model_ = model_in_memory(tables, body.servo_);
-    if (contact.fingers == 2) pair_ = pair_in_memory(body.pair_.value(), tables, model_);
+    if (contact.fingers == 2 || !tools.empty()) pair_ = pair_in_memory(body.pair_.value(), tables, model_);
+    for (const ToolTables& tool : tools) points_.push_back(points_of(tool));
+    for (std::size_t t = 0; t < tools.size(); ++t) tools_.push_back(tool_in_memory(tools[t], points_[t], *pair_));
     if (body.files_.body_modes) modes_ = modes_in_memory(body.body_modes_);
 }
 
@@ -143,9 +184,10 @@ Touched StrokedModel::touched() const {
             body_.law_,
             body_.servo_,
             model_,
-            pair_ ? &*pair_ : nullptr,
+            pair_ && tools_.empty() ? &*pair_ : nullptr,
             body_.files_.body ? &*body_.files_.body : nullptr,
-            body_.files_.body_modes ? &modes_ : nullptr};
+            body_.files_.body_modes ? &modes_ : nullptr,
+            tools_};
 }
 
 }  // namespace haptable

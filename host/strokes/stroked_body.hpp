@@ -39,14 +39,16 @@ struct TouchMode {
     bool friction = false;
     int fingers = 1;
     BodyKind body = {};
+    bool tool = false;  ///< of a hand, in place of its finger, on a body at rest
 
     std::string name() const {
         return std::string(word(force)) + "-" + word(god_object) + (friction ? "-friction" : "") +
-               (fingers == 2 ? "-two" : "") + body.name();
+               (fingers == 2 ? "-two" : "") + (tool ? "-tool" : "") + body.name();
     }
+    bool is_coupled() const { return fingers == 2 || tool; }
 };
 
-/// All: force by force.
+/// All: force by force. A tool has forces that a compliance gives.
 std::vector<TouchMode> all_modes();
 
 /// The scene touched so: friction 0.3 and 0.2, eight modes, 1,000 kg/m^3, and what else a scene has by default.
@@ -88,6 +90,13 @@ public:
     StrokedBody& operator=(const StrokedBody&) = delete;
 
     const ServoModel& servo() const { return servo_; }
+    /// The scene's own; none where it has none.
+    std::vector<ToolTables> tools() const {
+        return files_.tool ? std::vector<ToolTables>{*files_.tool} : std::vector<ToolTables>{};
+    }
+    /// Tools of 2 to 16 points: spheres, discs, and points as a hand may put them, from one mask's size to a sixth of
+    /// the body's.
+    std::vector<ToolTables> random_tools(const Scene& scene) const;
 
 private:
     friend class StrokedModel;
@@ -102,8 +111,8 @@ private:
 /// The servo's models of a body in one mode.
 class StrokedModel {
 public:
-    /// With these options, but for the force. body: it must outlive this object.
-    StrokedModel(const StrokedBody& body, const ContactOptions& contact);
+    /// With these options, but for the force. body: it must outlive this object. tools: a stroke has one of them.
+    StrokedModel(const StrokedBody& body, const ContactOptions& contact, const std::vector<ToolTables>& tools = {});
     StrokedModel(const StrokedModel&) = delete;
     StrokedModel& operator=(const StrokedModel&) = delete;
 
@@ -114,6 +123,8 @@ private:
     haptable_model model_;
     std::optional<haptable_pair_model> pair_;
     haptable_modes modes_{};
+    std::vector<ToolPoints> points_;          ///< [t]
+    std::vector<haptable_tool_model> tools_;  ///< [t]
 };
 
 }  // namespace haptable

@@ -14,7 +14,6 @@
 #include "codegen/in_memory.hpp"
 #include "codegen/pair.hpp"
 #include "firmware/haptable_tool.h"
-#include "host/strokes/solid.hpp"
 #include "host/strokes/stroke.hpp"
 #include "host/target/image.hpp"
 #include "host/target/modes.hpp"
@@ -522,117 +521,6 @@ TEST(Tool, AVirtualCouplingIsASpringBetweenHandAndTool) {
     });
     EXPECT_LT(loop.share, 1e-3);
     EXPECT_GE(loop.pressing, 3U);
-}
-
-/// What the points of a tool's random strokes broke.
-struct ToolTally {
-    int strokes = 0, lost = 0, outside = 0, pulls = 0, bad = 0, through = 0, passed = 0;
-    std::size_t pressing_ticks = 0, ticks = 0, limits = 0;
-    int most_pressing = 0, most_sets = 0;
-};
-
-/// One point of a tool as geometry sees it: docs/STROKES.md has the properties and their tolerances.
-class JudgedPoint {
-public:
-    explicit JudgedPoint(const Solid& solid) : solid_(solid), where_(solid) {}
-    void check(const haptable_servo& servo, const haptable_point& point, ToolTally& tally) {
-        const Vector3d x = to_vector(servo.finger_m);
-        const haptable_counters& c = servo.counters;
-        const std::uint32_t limits = c.walk_limits + c.slide_limits + c.box_limits;
-        const bool had_limit = limits != limits_, inside = where_.is_inside(x);
-        const bool clear = where_.is_beyond(x, 1e-5 * solid_.size_m());
-        limits_ = limits;
-        wait_ = had_limit ? HAPTABLE_UNDECIDED_TICKS + HAPTABLE_FADE_TICKS : std::max(0, wait_ - 1);
-        if (point.is_inside) {
-            const Vector3d god = to_vector(servo.contact.god_object_m), line = x - god;
-            const double left_out = std::min(0.5, 1e-6 * solid_.size_m() / std::max(line.norm(), 1e-30));
-            if (!inside && clear && wait_ == 0 && solid_.sees(x, god + left_out * line)) ++tally.outside;
-            deep_ = 0;
-            came_ = true;
-        } else {
-            const bool free = !inside && clear;
-            if (was_free_ && free && !solid_.sees(before_, x)) ++tally.passed;
-            came_ = came_ || free;
-            was_free_ = free;
-            deep_ = inside && came_ && where_.is_beyond(x, 0.01 * solid_.size_m()) ? deep_ + 1 : 0;
-            if (deep_ > 2 && wait_ == 0) ++tally.lost;
-        }
-        if (point.is_inside) was_free_ = false;
-        const Vector3d load = to_vector(point.load_n);
-        if (!load.allFinite()) ++tally.bad;
-        if (point.presses && load.dot(to_vector(point.normal)) > 0.0) ++tally.pulls;
-        if (!point.is_inside && load.norm() != 0.0) ++tally.bad;
-        before_ = x;
-    }
-
-private:
-    const Solid& solid_;
-    Whereabouts where_;
-    Vector3d before_ = Vector3d::Zero();
-    std::uint32_t limits_ = 0;
-    int wait_ = 0, deep_ = 0;
-    bool came_ = false, was_free_ = false;
-};
-
-/// Strokes of the handle as a finger's, while the tool turns as it likes.
-void stroke(const ElasticBody& body, const Solid& solid, GodObject god_object, double friction, std::uint64_t first,
-            int count, ToolTally& tally) {
-    const double size = body.size();
-    const StrokeMaker maker(body.servo());
-    for (std::uint64_t number = first; number < first + std::uint64_t(count); ++number) {
-        std::mt19937_64 random(number);
-        std::uniform_real_distribution<double> any(-1.0, 1.0);
-        Points points(2 + random() % 8);
-        for (auto& r : points)
-            for (float& c : r) c = float(0.08 * size * any(random));
-        Tool tool(body, points, {.god_object = god_object, .friction = friction});
-        std::vector<JudgedPoint> judged(points.size(), JudgedPoint(solid));
-        const Vector3d a(any(random), any(random), any(random)), b(any(random), any(random), any(random));
-        const double w = 0.02 * any(random);
-        int tick = 0;
-        for (const auto& at : maker.make(17, number, 1)) {
-            const double t = double(tick++);
-            tool.to(Vector3d(double(at[0][0]), double(at[0][1]), double(at[0][2])),
-                    turn_by(2.0 * a * std::sin(w * t) + b * std::cos(0.3 * w * t)));
-            for (std::size_t i = 0; i < points.size(); ++i) judged[i].check(tool.servo(i), tool.point(i), tally);
-            if (!(tool.force().allFinite() && tool.torque().allFinite())) ++tally.bad;
-            tally.most_pressing = std::max(tally.most_pressing, int(tool.pressing()));
-            tally.pressing_ticks += tool.pressing() > 0;
-            ++tally.ticks;
-        }
-        tally.most_sets = std::max(tally.most_sets, int(tool.state().points.most_sets));
-        ++tally.strokes;
-    }
-}
-
-/// So many strokes; HAPTABLE_TOOL_STROKES=100000: as many as docs/TOOL.md says.
-TEST(Tool, RandomStrokesLoseNoPointAndPassThroughNone) {
-    const char* text = std::getenv("HAPTABLE_TOOL_STROKES");
-    const int count = text == nullptr ? 180 : std::atoi(text);
-    const ElasticBody mouse(for_two(mouse_scene(), 2'000'000), ForceLaw::kConsistent);  // its coupling in clusters
-    ToolTally tally;
-    std::uint64_t number = 0;
-    for (const ElasticBody* body : {&cube(ForceLaw::kPressureMask), &cube(ForceLaw::kConsistent), &mouse}) {
-        const Solid solid(body->servo().vertex_m, body->servo().patch);
-        for (const auto& [god_object, friction] :
-             {std::pair{GodObject::kNearest, 0.0}, {GodObject::kLeastEnergy, 0.0}, {GodObject::kLeastEnergy, 0.4}}) {
-            stroke(*body, solid, god_object, friction, number, count / 9, tally);
-            number += std::uint64_t(count / 9);
-        }
-    }
-    RecordProperty("strokes", tally.strokes);
-    RecordProperty("ticks", std::to_string(tally.ticks));
-    RecordProperty("pressing_ticks", std::to_string(tally.pressing_ticks));
-    RecordProperty("passed", tally.passed);
-    RecordProperty("most_pressing", tally.most_pressing);
-    RecordProperty("most_sets", tally.most_sets);
-    EXPECT_EQ(tally.lost, 0);
-    EXPECT_EQ(tally.outside, 0);
-    EXPECT_EQ(tally.pulls, 0);
-    EXPECT_EQ(tally.bad, 0);
-    EXPECT_GT(tally.pressing_ticks, tally.ticks / 10);
-    EXPECT_GE(tally.most_pressing, 4);
-    EXPECT_LE(tally.most_sets, HAPTABLE_POINTS_MOST_SETS);
 }
 
 struct ToolCase {

@@ -18,7 +18,7 @@ def _tally(count=10, **more):
 def _counts(*tallies, total=None):
     """Of one body; a mode a tally: interpolated and nearest alone, the second with two fingers."""
     modes = [{"name": f"mode-{i}", "force": "interpolated", "god_object": "nearest", "friction": False,
-              "fingers": 1 + i,
+              "fingers": 1 + i, "tool": False,
               "free": i == 1, "rings": False} for i in range(len(tallies))]
     return {"seed": 3, "total": total or _tally(20), "modes": modes, "left_out": [
         {"name": "a", "why": "meshes/a.off: is open: close it"}, {"name": "b", "why": "the same mesh as a"}],
@@ -36,6 +36,10 @@ def test_faults_are_summed_by_mode_by_way_and_by_mesh():
     assert _rows(made["strokes-modes"]) == [["interpolated", "nearest", "no", "20", "3", "3"]]
     assert _rows(made["strokes-kinds"]) == [["one, held", "10", "0", "2"], ["two, free", "10", "3", "1"]]
     assert _rows(made["strokes-meshes"]) == [["cube, filled", "1,250", "20", "2 force", "3 lost, 1 force"]]
+
+
+def test_a_tool_is_a_kind_of_its_own():
+    assert strokes.kind_of({"tool": True, "fingers": 1, "free": False, "rings": False}) == "tool, held"
 
 
 def test_a_mode_without_strokes_is_no_clean_one():

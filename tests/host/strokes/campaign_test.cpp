@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kModes = 32;  // of the consistent force
+constexpr std::size_t kModes = 36;  // of the consistent force
 
 CampaignOptions needle_options(const fs::path& folder) {
     CampaignOptions options;

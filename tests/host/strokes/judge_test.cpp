@@ -72,8 +72,9 @@ struct SpoiledCase {
     bool friction;
     int fingers = 1;
     BodyKind body = {};
+    bool tool = false;
 
-    TouchMode mode() const { return {ForceLaw::kConsistent, god_object, friction, fingers, body}; }
+    TouchMode mode() const { return {ForceLaw::kConsistent, god_object, friction, fingers, body, tool}; }
 };
 
 bool in_contact(const haptable_output& out) { return out.state == HAPTABLE_CONTACT; }
@@ -156,6 +157,57 @@ void gives_energy(SceneState& scene, const haptable_input in[], std::uint32_t us
     haptable_servo_step(&nearest, &scene.servo(0), in->finger_m, us, out);
 }
 
+/// The point of a tool whose depth is greatest.
+std::size_t deepest(SceneState& scene) {
+    const auto depth = [&](std::size_t i) {
+        if (scene.point_state(i).is_inside == 0) return -1.0F;
+        const haptable_servo& servo = scene.point_servo(i);
+        Eigen::Map<const Eigen::Vector3f> at(servo.finger_m), god(servo.contact.god_object_m);
+        return (at - god).norm();
+    };
+    std::size_t found = 0;
+    for (std::size_t i = 1; i < scene.tool()->points.count; ++i)
+        if (depth(i) > depth(found)) found = i;
+    return found;
+}
+
+/// As where a point's search had failed.
+void drops_a_point(SceneState& scene, const haptable_input in[], std::uint32_t us, haptable_output out[]) {
+    scene.step(in, us, out);
+    const std::size_t i = deepest(scene);
+    haptable_point& point = scene.point_state(i);
+    point.is_inside = point.presses = point.is_known = 0;
+    std::fill_n(point.load_n, 3, 0.0F);
+    haptable_servo& servo = scene.point_servo(i);
+    const auto counters = servo.counters;
+    haptable_servo_init(&servo);
+    servo.counters = counters;
+}
+
+/// As where a search ended before the loads of the points that are left were solved.
+void is_not_solved(SceneState& scene, const haptable_input in[], std::uint32_t us, haptable_output out[]) {
+    scene.step(in, us, out);
+    for (float& component : scene.point_state(deepest(scene)).load_n) component *= 0.999F;
+}
+
+void pulls(SceneState& scene, const haptable_input in[], std::uint32_t us, haptable_output out[]) {
+    scene.step(in, us, out);
+    for (float& component : scene.point_state(deepest(scene)).load_n) component *= -1.0F;
+}
+
+void twists_too_hard(SceneState& scene, const haptable_input in[], std::uint32_t us, haptable_output out[]) {
+    scene.step(in, us, out);
+    for (float& component : reinterpret_cast<haptable_tool_output*>(out)->torque_n_m) component *= 1.001F;
+}
+
+/// As gives_energy.
+void gives_energy_by_a_tool(SceneState& scene, const haptable_input in[], std::uint32_t us, haptable_output out[]) {
+    haptable_tool_model nearest = *scene.tool();
+    nearest.points.settle = nullptr;
+    const haptable_points_scene of{scene.scene(), &nearest.points};
+    haptable_step(&of.scene, scene.memory(), in, us, out);
+}
+
 /// A hand that is pushed more than the body is.
 void pushes_the_hand(SceneState& scene, const haptable_input in[], std::uint32_t us, haptable_output out[]) {
     scene.step(in, us, out);
@@ -217,7 +269,8 @@ const StrokedBody& consistent_cube(const BodyKind& kind) {
 struct SpoiledCube {
     explicit SpoiledCube(const SpoiledCase& spoiled, StepOfScene* step)
         : body(consistent_cube(spoiled.body)),
-          model(body, in_mode(Scene(), spoiled.mode()).contact),
+          model(body, in_mode(Scene(), spoiled.mode()).contact,
+                spoiled.tool ? body.random_tools(cube_scene(5, 0.3)) : std::vector<ToolTables>{}),
           touched(model.touched()),
           maker(body.servo()) {
         touched.step = step;
@@ -243,9 +296,10 @@ TEST_P(Spoiled, IsShrunkToFewTicks) {
     const SpoiledCube cube(GetParam(), GetParam().step);
     for (const Broken& broken : cube.stroke().broken) {
         if (!broken.verdict.has(GetParam().fault)) continue;
-        const Stroke whole = make_stroke(cube.touched, cube.maker, 7, broken.number);
-        const Stroke least = shrink(cube.touched, whole, GetParam().fault);
-        EXPECT_TRUE(judge(cube.touched, least).has(GetParam().fault));
+        const Touched touched = cube.touched.of_stroke(broken.number);
+        const Stroke whole = make_stroke(touched, cube.maker, 7, broken.number);
+        const Stroke least = shrink(touched, whole, GetParam().fault);
+        EXPECT_TRUE(judge(touched, least).has(GetParam().fault));
         EXPECT_LT(least.size(), whole.size());
         for (std::size_t i = 0; i < least.size(); ++i) {
             Stroke fewer = least;
@@ -257,7 +311,7 @@ TEST_P(Spoiled, IsShrunkToFewTicks) {
                         longest,
                         (haptable::to_vector(fewer[k][f].data()) - haptable::to_vector(fewer[k - 1][f].data())).norm());
             if (longest > 0.005) continue;
-            EXPECT_FALSE(judge(cube.touched, fewer).has(GetParam().fault)) << "tick " << i;
+            EXPECT_FALSE(judge(touched, fewer).has(GetParam().fault)) << "tick " << i;
         }
         return;
     }
@@ -288,7 +342,12 @@ INSTANTIATE_TEST_SUITE_P(
         SpoiledCase{"IsHardOnWhatRings", is_a_little_hard, Fault::kLaw, kLeast, false, 1, kRings},
         SpoiledCase{"PushesTheHandNotTheBody", pushes_the_hand, Fault::kMomentum, kLeast, false, 1, kFree},
         SpoiledCase{"Drags", drags, Fault::kMomentum, kLeast, false, 2, kFree},
-        SpoiledCase{"DampsTheTurn", damps_the_turn, Fault::kMomentum, kNearest, false, 1, kFree}),
+        SpoiledCase{"DampsTheTurn", damps_the_turn, Fault::kMomentum, kNearest, false, 1, kFree},
+        SpoiledCase{"DropsAPointOfATool", drops_a_point, Fault::kLost, kNearest, false, 1, {}, true},
+        SpoiledCase{"IsNoSolutionOfATool", is_not_solved, Fault::kLaw, kLeast, true, 1, {}, true},
+        SpoiledCase{"PullsByATool", pulls, Fault::kPull, kNearest, false, 1, {}, true},
+        SpoiledCase{"TwistsTooHard", twists_too_hard, Fault::kForce, kLeast, false, 1, {}, true},
+        SpoiledCase{"GivesEnergyByATool", gives_energy_by_a_tool, Fault::kEnergy, kLeast, false, 1, {}, true}),
     [](const auto& one) { return std::string(one.param.what); });
 
 }  // namespace
