@@ -98,8 +98,8 @@ const struct haptable_modes* haptable_read_modes(struct haptable_scene_reader* i
     return in->is_whole ? to : 0;
 }
 
-static const struct haptable_tool_model* take_tool(struct haptable_scene_reader* in,
-                                                   const struct haptable_pair_model* pair) {
+const struct haptable_tool_model* haptable_read_tool(struct haptable_scene_reader* in,
+                                                     const struct haptable_pair_model* pair) {
     struct haptable_tool_model* to = &in->tool;
     const uint32_t point_count = take_word(in);
     HAPTABLE_TOOL_FIELDS(TAKE_VALUE, TAKE_TABLE)
@@ -121,7 +121,7 @@ int haptable_read_scene(struct haptable_scene_reader* in, struct haptable_points
     if ((parts & HAPTABLE_PART_PAIR) != 0u && !(pair = haptable_read_pair(in, model))) return 0;
     if ((parts & HAPTABLE_PART_BODY) != 0u && !(body = haptable_read_body(in))) return 0;
     if ((parts & HAPTABLE_PART_MODES) != 0u && !(modes = haptable_read_modes(in))) return 0;
-    if ((parts & HAPTABLE_PART_TOOL) != 0u && !(pair && (tool = take_tool(in, pair)))) return 0;
+    if ((parts & HAPTABLE_PART_TOOL) != 0u && !(pair && (tool = haptable_read_tool(in, pair)))) return 0;
     scene->points = 0;
     if (tool)
         haptable_tool_scene_make(model, tool, scene);

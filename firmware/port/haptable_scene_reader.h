@@ -27,12 +27,14 @@ struct haptable_scene_reader {
 };
 
 /* The parts of a scene: each reads its bytes into the reader, and returns it, or NULL where the reader is not whole.
- * What couples two fingers needs the model. The model's hash is not among its bytes. */
+ * What couples two places needs the model, a tool the coupling. The model's hash is not among its bytes. */
 const struct haptable_model* haptable_read_model(struct haptable_scene_reader* reader);
 const struct haptable_pair_model* haptable_read_pair(struct haptable_scene_reader* reader,
                                                      const struct haptable_model* model);
 const struct haptable_body* haptable_read_body(struct haptable_scene_reader* reader);
 const struct haptable_modes* haptable_read_modes(struct haptable_scene_reader* reader);
+const struct haptable_tool_model* haptable_read_tool(struct haptable_scene_reader* reader,
+                                                     const struct haptable_pair_model* pair);
 
 /* A number that says which parts there are (enum haptable_scene_part), then the model and these. Returns 1, or 0 where
  * the reader is not whole. scene->points: of a tool, which has no pair, or of three fingers and more; else NULL. */

@@ -28,13 +28,16 @@ PageMode mode_of(const SceneFiles& files) {
                   scene.model().hash,
                   model_bytes(model),
                   "",
+                  "",
                   ""};
     if (scene.servo_modes() != nullptr) mode.body_modes = modes_bytes(*scene.servo_modes());
-    if (scene.servo_pair() != nullptr) {
-        ServoPair pair = *scene.servo_pair();
-        pair.finger_count = HAPTABLE_FINGERS;  // of more, a page has two
-        mode.coupling = coupling_bytes(pair_in_memory(pair, unlimited, model));
-    }
+    if (scene.coupling() == nullptr) return mode;
+    ServoPair coupling = *scene.coupling();
+    coupling.finger_count = std::min<std::uint16_t>(coupling.finger_count, HAPTABLE_FINGERS);  // a page has two at most
+    const haptable_pair_model pair = pair_in_memory(coupling, unlimited, model);
+    mode.coupling = coupling_bytes(pair);
+    if (scene.tool() != nullptr)
+        mode.tool = tool_bytes(tool_in_memory(*scene.tool_tables(), scene.tool_points(), pair));
     return mode;
 }
 
@@ -55,7 +58,8 @@ void add_modes(SceneFiles files, std::vector<PageMode>& modes) {
             tables.god_object = god_object;
             tables.static_friction = rough ? friction : 0.0;
             tables.kinetic_friction = rough ? kinetic : 0.0;
-            tables.options.set("contact.release_slew", god_object == GodObject::kLeastEnergy ? kRelease_n_per_ms : 0.0);
+            const bool releases = god_object == GodObject::kLeastEnergy && !files.tool;
+            tables.options.set("contact.release_slew", releases ? kRelease_n_per_ms : 0.0);
             if (has(modes, tables)) continue;
             try {
                 modes.push_back(mode_of(files));
@@ -121,6 +125,10 @@ Tables consistent_by_columns(const Tables& tables, const TablesFolder& folder) {
 std::vector<PageMode> page_modes(const SceneFiles& files) {
     const Tables& tables = files.tables;
     std::vector<PageMode> modes{mode_of(files)};
+    if (files.tool) {
+        add_modes(files, modes);
+        return modes;
+    }
     add_modes(with(files, interpolated(tables)), modes);
     if (tables.force == ForceLaw::kConsistent)
         add_modes(files, modes);

@@ -16,13 +16,15 @@ struct PageMode {
     double friction;  ///< static; 0: none
     std::uint64_t hash;
     std::string model;
-    std::string coupling;    ///< of two fingers (codegen/pair.hpp); empty: one
+    std::string coupling;    ///< of two fingers, or of a tool's points (codegen/pair.hpp); empty: one
     std::string body_modes;  ///< of a body that rings (codegen/body_modes.hpp); empty: it follows at once
+    std::string tool;        ///< that the hand holds (codegen/tool.hpp); empty: it has fingers
 };
 
 /// The scene's own mode first. Then the others of the interpolated force, which all tables hold; of the consistent
 /// one, where the tables hold it or columns of float32, whose L_ij between two touchable nodes are its edges; of the
-/// scene's own; each with both god-objects, without friction and with it (the scene's, or kPageFriction). What the
+/// scene's own; each with both god-objects, without friction and with it (the scene's, or kPageFriction). A tool has
+/// those of the scene's own force. What the
 /// servo cannot hold of these, or not for the scene's two fingers or modes, is left out. Throws Error as
 /// LoadedScene does for the scene's own.
 std::vector<PageMode> page_modes(const SceneFiles& files);

@@ -99,6 +99,7 @@ void add_modes(const std::vector<PageMode>& modes, Blob& blob, json& scene) {
                                   {"hash", fmt::format("{:016x}", modes[i].hash)},
                                   {"model", table},
                                   {"coupling", share("coupling", modes[i].coupling)},
+                                  {"tool", share("tool", modes[i].tool)},
                                   {"body_modes", share("body_modes", modes[i].body_modes)}});
     }
 }
@@ -108,6 +109,12 @@ void add_body(const haptable_body& body, Blob& blob, json& scene) {
     blob.add("body", {reinterpret_cast<const char*>(&body), sizeof body});
     scene["body"] = {{"rest_centre", body.centre_m}};
     if (body.point_count > 0) scene["body"]["floor"] = {{"normal", body.floor_normal}, {"height", body.floor_m}};
+}
+
+/// Adds the tool that the hand holds: where its points are, and how it looks.
+void add_tool(const ToolTables& tool, Blob& blob, json& scene) {
+    scene["tool"] = {{"point_m", tool.point_m}};
+    blob.add_rows("tool_surface", tool.surface_corner_m);
 }
 
 /// Adds the modes of a body that rings: phi of each of the page's rows, [r, m].
@@ -263,13 +270,16 @@ PageText make_page(const TablesFolder& folder, const fs::path& parts, double mos
     const ServoModel& servo = own.servo();
     const PageRows rows = page_rows(tables);
     std::vector<PageMode> modes = page_modes(files);
+    const bool has_tool = files.tool && live.empty();  // of a session elsewhere the hand's contact is shown
     if (!live.empty()) modes.resize(1);
+    if (!has_tool && files.tool) modes[0].coupling = modes[0].tool = "";
     json scene = describe(tables, folder, servo);
     scene["live"] = !live.empty();
-    scene["fingers"] = modes[0].coupling.empty() ? 1 : 2;
+    scene["fingers"] = own.pair() == nullptr ? 1 : 2;
     Blob blob;
     add_surface(tables, rows, blob, scene);
     add_modes(modes, blob, scene);
+    if (has_tool) add_tool(*files.tool, blob, scene);
     if (files.body) add_body(*files.body, blob, scene);
     if (files.body_modes) add_modes(files, rows, blob, scene);
     if (tables.force == ForceLaw::kPressureMask) add_spread(tables, servo, blob);

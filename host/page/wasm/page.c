@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
  * The servo of firmware/ as a WebAssembly module for a page: it reads its models, feels one or two fingers that hands
- * hold, and draws equation 8. Freestanding; the only memory is the module's own. For one caller
+ * hold, or a tool, and draws equation 8. Freestanding; the only memory is the module's own. For one caller
  * (host/page/web/engine.js).
  */
 #include "deform.h"
@@ -25,6 +25,12 @@ struct page_pose {
     float centre_m[3], turn[4];
 };
 
+/* A record of a tool: the hand's tick, whose finger is the handle, one of each point, and then this. */
+struct page_grip {
+    float turn[4], torque_n_m[3];           /* of the hand */
+    float tool_position_m[3], tool_turn[4]; /* where the tool is */
+};
+
 #define PAGE_BYTES 65536u
 #define STEPS_OF_A_TICK 20 /* of the hand: as the simulated device's */
 #define AWAY 0x80000000u   /* among the buttons of one of two fingers: it is not there */
@@ -32,12 +38,13 @@ struct page_pose {
 extern unsigned char __heap_base;
 
 static uintptr_t used_up;
-static struct haptable_scene scene;
-static void* state; /* of the scene */
+static struct haptable_points_scene held; /* its points are a tool's: null where the hand has fingers */
+static void* state;                       /* of the scene */
 static struct haptable_body body;
 static float begun_m[3], begun_turn[4]; /* where the body was in the last tick */
 static int is_free;                     /* nothing holds the body */
 static struct page_hand hand[HAPTABLE_FINGERS];
+static float hand_turn[4] = {1.0f}, goal_turn[4] = {1.0f}; /* of a hand that holds a tool, w x y z */
 static struct page_columns columns;
 static struct page_spread spread;
 static struct page_modes shapes;
@@ -115,6 +122,16 @@ const struct haptable_modes* page_body_modes(const struct haptable_model* model,
     return bytes.left == 0 ? modes : 0;
 }
 
+/* A tool whose points these tables couple, of these bytes; 0 as page_model. */
+EXPORT(page_tool)
+const struct haptable_tool_model* page_tool(const struct haptable_pair_model* tables, const unsigned char* tool_bytes,
+                                            uint32_t count) {
+    struct bytes bytes = {tool_bytes, count};
+    struct haptable_scene_reader* reader = reader_of(&bytes);
+    const struct haptable_tool_model* tool = reader ? haptable_read_tool(reader, tables) : 0;
+    return bytes.left == 0 ? tool : 0;
+}
+
 /* What moves, where nothing holds the body: struct haptable_body, which is the same here and on the host. 0: it is not.
  */
 EXPORT(page_body) int page_body(const unsigned char* body_bytes, uint32_t count) {
@@ -124,16 +141,20 @@ EXPORT(page_body) int page_body(const unsigned char* body_bytes, uint32_t count)
 }
 
 /* Fingers that are not known, a body that rests where it is made; tables: 0, or those of two fingers; modes: 0, or
- * those of the body. 0: the browser gives no more room. */
+ * those of the body; tool: 0, or what the hand holds. 0: the browser gives no more room. */
 EXPORT(page_begin)
 int page_begin(const struct haptable_model* model, const struct haptable_pair_model* tables,
-               const struct haptable_modes* modes) {
-    const uint32_t had = scene.bytes;
-    haptable_scene_make(model, tables, is_free ? &body : 0, modes, &scene);
-    if (!state || scene.bytes > had) state = page_reserve(scene.bytes);
+               const struct haptable_modes* modes, const struct haptable_tool_model* tool) {
+    const uint32_t had = held.scene.bytes;
+    held.points = 0;
+    if (tool)
+        haptable_tool_scene_make(model, tool, &held);
+    else
+        haptable_scene_make(model, tables, is_free ? &body : 0, modes, &held.scene);
+    if (!state || held.scene.bytes > had) state = page_reserve(held.scene.bytes);
     if (!state) return 0;
-    haptable_init(&scene, state);
-    haptable_check(&scene, state, HAPTABLE_CHECK_ALL);
+    haptable_init(&held.scene, state);
+    haptable_check(&held.scene, state, HAPTABLE_CHECK_ALL);
     now_us = 0;
     return 1;
 }
@@ -153,10 +174,40 @@ static void fill(struct page_tick* tick, const float finger_m[3], const struct h
     for (a = 0; a < 9; ++a) tick->nodal_force_n[a / 3][a % 3] = out->nodal_force_n[a / 3][a % 3];
 }
 
+/* One tick of a tool: position and turn of its handle; where the next record begins. */
+static struct page_tick* step_tool(const float pose[7], uint32_t buttons, struct page_tick* ticks) {
+    struct haptable_tool_input in;
+    struct haptable_tool_output out;
+    struct page_grip* grip;
+    int a, i;
+    in.hand.is_there = 1;
+    in.hand.buttons = buttons;
+    for (a = 0; a < 3; ++a) in.hand.finger_m[a] = pose[a];
+    for (a = 0; a < 4; ++a) in.turn[a] = pose[3 + a];
+    haptable_step(&held.scene, state, &in.hand, now_us, &out.hand);
+    now_us += HAPTABLE_TICK_US;
+    fill(ticks, pose, &out.hand);
+    ticks->buttons = buttons;
+    ticks->faults = out.hand.faults;
+    ++ticks;
+    for (i = 0; i < held.points->count; ++i, ++ticks) {
+        struct haptable_output point;
+        haptable_tool_point_of(&held.scene, state, i, &point);
+        fill(ticks, haptable_points_servos(held.points, state)[i].finger_m, &point);
+        ticks->buttons = ticks->faults = 0;
+    }
+    grip = (struct page_grip*)ticks;
+    for (a = 0; a < 4; ++a) grip->turn[a] = pose[3 + a];
+    for (a = 0; a < 3; ++a) grip->torque_n_m[a] = out.torque_n_m[a];
+    for (a = 0; a < 3; ++a) grip->tool_position_m[a] = out.position_m[a];
+    for (a = 0; a < 4; ++a) grip->tool_turn[a] = out.turn[a];
+    return (struct page_tick*)(grip + 1);
+}
+
 /* One tick of all fingers, AWAY among the buttons of one that is not there; where the next record begins. */
 static struct page_tick* step(const float (*finger_m)[3], const uint32_t* buttons, struct page_tick* ticks) {
     static const float nowhere[3] = {__builtin_nanf(""), __builtin_nanf(""), __builtin_nanf("")};
-    const int fingers = haptable_scene_fingers(&scene);
+    const int fingers = haptable_scene_fingers(&held.scene);
     struct haptable_output out[HAPTABLE_FINGERS];
     struct haptable_input in[HAPTABLE_FINGERS];
     float* swung = (float*)(ticks + fingers);
@@ -168,16 +219,17 @@ static struct page_tick* step(const float (*finger_m)[3], const uint32_t* button
         in[f].buttons = buttons[f] & ~AWAY;
         for (a = 0; a < 3; ++a) in[f].finger_m[a] = finger_m[f][a];
     }
-    for (a = 0; is_free && a < 3; ++a) begun_m[a] = haptable_scene_body(&scene, state)->position_m[a];
-    for (a = 0; is_free && a < 4; ++a) begun_turn[a] = haptable_scene_body(&scene, state)->turn[a];
-    haptable_step(&scene, state, in, now_us, out);
+    for (a = 0; is_free && a < 3; ++a) begun_m[a] = haptable_scene_body(&held.scene, state)->position_m[a];
+    for (a = 0; is_free && a < 4; ++a) begun_turn[a] = haptable_scene_body(&held.scene, state)->turn[a];
+    haptable_step(&held.scene, state, in, now_us, out);
     now_us += HAPTABLE_TICK_US;
     for (f = 0; f < fingers; ++f) {
         fill(&ticks[f], in[f].is_there ? finger_m[f] : nowhere, &out[f]);
         ticks[f].buttons = in[f].buttons;
         ticks[f].faults = out[f].faults;
     }
-    for (a = 0; scene.modes && a < scene.modes->count; ++a) *swung++ = haptable_scene_modes(&scene, state)->q[a];
+    for (a = 0; held.scene.modes && a < held.scene.modes->count; ++a)
+        *swung++ = haptable_scene_modes(&held.scene, state)->q[a];
     pose = (struct page_pose*)swung;
     if (!is_free) return (struct page_tick*)pose;
     for (a = 0; a < 3; ++a) pose->centre_m[a] = begun_m[a];
@@ -186,12 +238,17 @@ static struct page_tick* step(const float (*finger_m)[3], const uint32_t* button
 }
 
 /* `count` ticks, one a millisecond: positions [count, fingers, 3] in m, and the buttons held down [count, fingers],
- * AWAY among them; null: none. */
+ * AWAY among them; null: none. Of a tool [count, 7]: its handle, and its turn w x y z. */
 EXPORT(page_replay)
 void page_replay(const float (*finger_m)[3], const uint32_t* buttons, uint32_t count, struct page_tick* ticks) {
     static const uint32_t none[HAPTABLE_FINGERS];
-    const uint32_t fingers = (uint32_t)haptable_scene_fingers(&scene);
+    const uint32_t fingers = (uint32_t)haptable_scene_fingers(&held.scene);
     uint32_t i;
+    if (held.points) {
+        const float* pose = (const float*)finger_m;
+        for (i = 0; i < count; ++i) ticks = step_tool(pose + 7 * i, buttons ? buttons[i] : 0u, ticks);
+        return;
+    }
     for (i = 0; i < fingers * count; i += fingers) ticks = step(finger_m + i, buttons ? buttons + i : none, ticks);
 }
 
@@ -199,6 +256,26 @@ EXPORT(page_hand) struct page_hand* page_hand(int finger) { return &hand[finger]
 EXPORT(page_place) void page_place(int finger, double x, double y, double z) {
     const double at_m[3] = {x, y, z};
     page_hand_place(&hand[finger], at_m);
+}
+/* Where the hand turns a tool to by the end of the next page_feel; at_once: it is turned so. */
+EXPORT(page_turn) void page_turn(double w, double x, double y, double z, int at_once) {
+    const double turn[4] = {w, x, y, z};
+    int a;
+    for (a = 0; a < 4; ++a) goal_turn[a] = (float)turn[a];
+    for (a = 0; at_once && a < 4; ++a) hand_turn[a] = goal_turn[a];
+}
+
+/* Turns the hand by its part of what is left in so many ticks. */
+static void turn_hand(uint32_t left) {
+    float length2 = 0.0f, along = 0.0f, length;
+    int a;
+    for (a = 0; a < 4; ++a) along += hand_turn[a] * goal_turn[a];
+    for (a = 0; a < 4; ++a) {
+        hand_turn[a] += ((along < 0.0f ? -goal_turn[a] : goal_turn[a]) - hand_turn[a]) / (float)left;
+        length2 += hand_turn[a] * hand_turn[a];
+    }
+    length = __builtin_sqrtf(length2);
+    for (a = 0; a < 4; ++a) hand_turn[a] /= length;
 }
 
 /* The hand's part of tick i of `count`: its goal goes evenly from `from` to `to`, its motors give the force. */
@@ -223,14 +300,21 @@ static void advance(struct page_hand* of, const double from_m[3], const double t
 EXPORT(page_feel)
 void page_feel(const double (*from_m)[3], const double (*to_m)[3], double gain, const uint32_t* away, uint32_t count,
                struct page_tick* ticks) {
-    const int fingers = haptable_scene_fingers(&scene);
+    const int fingers = haptable_scene_fingers(&held.scene);
     float finger_m[HAPTABLE_FINGERS][3];
     uint32_t i;
     int f;
     for (i = 0; i < count; ++i) {
         const struct page_tick* tick = ticks;
         for (f = 0; f < fingers; ++f) page_hand_encoders(&hand[f], finger_m[f]);
-        ticks = step((const float(*)[3])finger_m, away, ticks);
+        if (held.points) {
+            float pose[7];
+            turn_hand(count - i);
+            for (f = 0; f < 7; ++f) pose[f] = f < 3 ? finger_m[0][f] : hand_turn[f - 3];
+            ticks = step_tool(pose, 0, ticks);
+        } else {
+            ticks = step((const float(*)[3])finger_m, away, ticks);
+        }
         for (f = 0; f < fingers; ++f)
             if (away[f] == 0u) advance(&hand[f], from_m[f], to_m[f], i, count, tick[f].force_n, gain);
     }

@@ -5,6 +5,7 @@ function haptableEngine(port) {
   'use strict';
   const WORDS = 28;                     // of struct page_tick (host/page/wasm/page.c), one for each finger
   const POSE = 7;                       // of struct page_pose at a record's end, of a body that nothing holds
+  const GRIP = 14;                      // of struct page_grip there, of a tool, behind the ticks of its points
   const AWAY = 0x80000000;              // among the buttons of one of two fingers: it is not there
   const FINGER = 5, ALPHA = 8, GOD = 11, FORCE = 14, BUTTONS = 26, FAULTS = 27, SILENT = 0, CONTACT = 2, REJECTED = 3, LIMITED = 4;
   const MOST_TICKS = 40;                // that are made up for after a pause: time beyond is dropped, and told
@@ -12,10 +13,12 @@ function haptableEngine(port) {
   const GOAL_MS = 25;                   // the pointer comes in steps of a picture: a hand goes between them
   const SAMPLE = 5;                     // numbers a tick and finger that the plots get
 
-  let wasm, scene, models = [], couplings = [], body_modes_of = [], mode = 0, fingers = 1, stride = WORDS;
+  let wasm, scene, models = [], couplings = [], body_modes_of = [], tools = [], mode = 0, fingers = 1, stride = WORDS;
+  let points = 0, wide = 3;             // of a tool; numbers of a path's tick
   let swings = 0;                       // modes of a body that rings: a number of each, behind the fingers' ticks
   let ticks_at = 0, path_at = 0, buttons_at = 0, from_at = 0, to_at = 0;
   let goal = [null, null], goal_before = [null, null], gain = 1;
+  let turn = null, turn_before = [1, 0, 0, 0];  // of a tool: w x y z
   let last_ms = 0, tick = 0, dropped = 0;
   let latest = null;
   let samples = [], record = null, played = null;
@@ -23,7 +26,8 @@ function haptableEngine(port) {
   const floats = (at, n) => new Float32Array(wasm.memory.buffer, at, n);
   const words = (at, n) => new Uint32Array(wasm.memory.buffer, at, n);
   const doubles = (at, n) => new Float64Array(wasm.memory.buffer, at, n);
-  const real = (tick_words, at) => new Float32Array(tick_words.buffer, tick_words.byteOffset + 4 * at, 3);
+  const reals = (tick_words, at, n) => new Float32Array(tick_words.buffer, tick_words.byteOffset + 4 * at, n);
+  const real = (tick_words, at) => reals(tick_words, at, 3);
 
   function reserve(bytes) {
     const at = wasm.page_reserve(bytes);
@@ -49,9 +53,11 @@ function haptableEngine(port) {
     scene = message.scene;
     fingers = scene.fingers;
     swings = scene.body_modes ? scene.body_modes.modes : 0;
-    stride = fingers * WORDS + swings + (scene.body ? POSE : 0);
+    points = scene.tool ? scene.tool.point_m.length : 0;
+    wide = points ? 7 : 3 * fingers;
+    stride = (fingers + points) * WORDS + swings + (scene.body ? POSE : 0) + (points ? GRIP : 0);
     ticks_at = reserve(4 * stride * ROOM);
-    path_at = reserve(12 * fingers * ROOM);
+    path_at = reserve(4 * wide * ROOM);
     buttons_at = reserve(4 * fingers * ROOM);
     from_at = reserve(24 * fingers);
     to_at = reserve(24 * fingers);
@@ -59,9 +65,10 @@ function haptableEngine(port) {
     for (const one of scene.modes) {
       const model = whole(wasm.page_model(keep(data, table[one.model]), table[one.model].bytes), one.model);
       models.push(model);
-      const beside = (name, read) => name ? whole(read(model, keep(data, table[name]), table[name].bytes), name) : 0;
-      couplings.push(beside(one.coupling, wasm.page_coupling));
-      body_modes_of.push(beside(one.body_modes, wasm.page_body_modes));
+      const beside = (of, name, read) => name ? whole(read(of, keep(data, table[name]), table[name].bytes), name) : 0;
+      couplings.push(beside(model, one.coupling, wasm.page_coupling));
+      body_modes_of.push(beside(model, one.body_modes, wasm.page_body_modes));
+      tools.push(points ? beside(couplings[couplings.length - 1], one.tool, wasm.page_tool) : 0);
     }
     if (table.columns) {
       const at = keep(data, table.columns), half = scene.columns.format === 'float16';
@@ -87,12 +94,16 @@ function haptableEngine(port) {
     begin();
   }
 
+  // What a mode's servo has beside its model. A tool brings its coupling.
+  const beside = index => [points ? 0 : couplings[index], body_modes_of[index], tools[index]];
+
   // A new session: the servo knows no finger, and feels nothing until it comes from outside.
   function begin() {
-    whole(wasm.page_begin(models[mode], couplings[mode], body_modes_of[mode]), 'the state of a session');
+    whole(wasm.page_begin(models[mode], ...beside(mode)), 'the state of a session');
     tick = dropped = 0;
     samples = [];
     latest = new Uint32Array(stride);
+    if (points) reals(latest, stride - 4, 1)[0] = reals(latest, stride - GRIP, 1)[0] = 1;  // not turned
     if (!scene.body) return;
     real(latest, stride - POSE).set(scene.body.rest_centre);
     real(latest, stride - 4)[0] = 1;  // not turned
@@ -116,8 +127,17 @@ function haptableEngine(port) {
       doubles(to_at + 24 * f, 3).set(next);
       if (goal[f]) goal_before[f] = next;
     }
+    if (points && turn) turn_by(share);
     wasm.page_feel(from_at, to_at, gain, away(), due, ticks_at);
     note(words(ticks_at, stride * due), due);
+  }
+
+  // The hand turns a tool by a share of the way to its goal, the shorter way around.
+  function turn_by(share) {
+    const along = turn.reduce((sum, x, a) => sum + x * turn_before[a], 0), way = along < 0 ? turn.map(x => -x) : turn;
+    const next = turn_before.map((x, a) => x + share * (way[a] - x)), size = Math.hypot(...next);
+    turn_before = next.map(x => x / size);
+    wasm.page_turn(...turn_before, 0);
   }
 
   // Marks the hands that nobody holds in a tick, of two. One that is alone is there, and may have no position.
@@ -129,7 +149,7 @@ function haptableEngine(port) {
   function note(made, count) {
     for (let i = 0; i < count; ++i) {
       const record_ = made.subarray(stride * i, stride * (i + 1));
-      for (let f = 0; f < fingers; ++f) sample(record_.subarray(WORDS * f, WORDS * (f + 1)), goal[f], pose_of(record_));
+      for (let f = 0; f < fingers; ++f) sample(record_.subarray(WORDS * f), goal[f], pose_of(record_));
     }
     latest = made.slice(stride * (count - 1));
     if (record !== null) record.push(made.slice());
@@ -155,14 +175,25 @@ function haptableEngine(port) {
     return Float32Array.from(pose.centre, (c, a) => c + r[a] + 2 * (w * t[a] + u[a]));
   }
 
+  // From the god-object to the finger, of a tick in contact.
+  function dent(t, pose) {
+    const x = real(t, FINGER), g = to_world(real(t, GOD), pose);
+    return [x[0] - g[0], x[1] - g[1], x[2] - g[2]];
+  }
+
+  // What touches of a hand: its finger, or of its tool each point.
+  const contacts_of = t => (points ? Array.from({length: points}, (_, i) => t.subarray(WORDS * (1 + i))) : [t]).filter(touches);
+
   // contact or not, |F|, depth below the god-object, |goal - finger|, energy of the spring u . F / 2
   function sample(t, at, pose) {
-    const f = real(t, FORCE), x = real(t, FINGER), g = to_world(real(t, GOD), pose);
-    const u = [x[0] - g[0], x[1] - g[1], x[2] - g[2]];
+    const f = real(t, FORCE), x = real(t, FINGER), felt = contacts_of(t).map(one => {
+      const u = dent(one, pose), n = real(one, FORCE);
+      return {depth: length(u), stored: -0.5 * (u[0] * n[0] + u[1] * n[1] + u[2] * n[2])};
+    });
     const finger_known = t[0] !== SILENT && t[0] !== REJECTED;
-    samples.push(touches(t) ? 1 : 0, length(f), touches(t) ? length(u) : 0,
+    samples.push(touches(t) ? 1 : 0, length(f), Math.max(0, ...felt.map(one => one.depth)),
       finger_known && at ? Math.hypot(at[0] - x[0], at[1] - x[1], at[2] - x[2]) : 0,
-      touches(t) ? -0.5 * (u[0] * f[0] + u[1] * f[1] + u[2] * f[2]) : 0);
+      felt.reduce((sum, one) => sum + one.stored, 0));
   }
 
   // The hand is somewhere else at once: the servo gets a tick without a position, so that no way there is felt.
@@ -170,7 +201,12 @@ function haptableEngine(port) {
     wasm.page_place(f, at[0], at[1], at[2]);
     goal[f] = null;
     const at_now = goal.slice(0, fingers).flatMap((one, other) => Array.from(one ? real(latest.subarray(WORDS * other), FINGER) : [NaN, NaN, NaN]));
-    floats(path_at, 3 * fingers).set(at_now);
+    if (points) {
+      turn_before = turn || turn_before;
+      wasm.page_turn(...turn_before, 1);
+      at_now.push(...turn_before);
+    }
+    floats(path_at, wide).set(at_now);
     wasm.page_replay(path_at, away(), 1, ticks_at);
     goal[f] = goal_before[f] = at;
     note(words(ticks_at, stride), 1);
@@ -179,7 +215,8 @@ function haptableEngine(port) {
   function displacement(tick_words) {
     if (!scene.columns) return null;
     words(ticks_at, stride).set(tick_words);
-    const at = wasm.page_displace(ticks_at, fingers);
+    // Of a tool, the loads of its points: the hand's is that of one of them.
+    const at = wasm.page_displace(ticks_at + (points ? 4 * WORDS : 0), points || fingers);
     return floats(at, 3 * scene.columns.rows).slice();
   }
 
@@ -190,6 +227,12 @@ function haptableEngine(port) {
     nodal: new Float32Array(t.slice(17, 26).buffer), goal: at
   });
 
+  // The tool: where it is, the torque on the hand, and the points that touch, by their god-objects.
+  const tool_of = t => !points ? null : {
+    torque: Array.from(real(t, stride - GRIP + 4)), position: Array.from(real(t, stride - 7)), turn: Array.from(reals(t, stride - 4, 4)),
+    points: Array.from({length: points}, (_, i) => view(t.subarray(WORDS * (1 + i), WORDS * (2 + i)), null, null))
+  };
+
   // What is the first finger's stands in the frame itself; `second`: that of another one.
   function frame() {
     if (played === null) advance(performance.now());
@@ -198,7 +241,7 @@ function haptableEngine(port) {
     samples = [];
     port.postMessage({
       kind: 'frame', tick, dropped, mode, samples: plotted, sample: SAMPLE, ...view(shown, goal[0], pose),
-      second: fingers === 1 ? null : view(shown.subarray(WORDS), goal[1], pose),
+      second: fingers === 1 ? null : view(shown.subarray(WORDS), goal[1], pose), tool: tool_of(shown),
       swung: Array.from(swung_of(shown)), pose: pose && {centre: Array.from(pose.centre), turn: Array.from(pose.turn)},
       recorded: record === null ? -1 : record.reduce((sum, piece) => sum + piece.length / stride, 0),
       played: played === null ? -1 : played.at, displacement: u
@@ -209,11 +252,11 @@ function haptableEngine(port) {
 
   // All ticks of a path [3 n] from a servo that knows no finger: what `servo --replay` gives, bit for bit.
   function run(path, buttons, in_mode) {
-    const count = path.length / 3 / fingers, all = new Uint32Array(stride * count);
-    whole(wasm.page_begin(models[in_mode], couplings[in_mode], body_modes_of[in_mode]), 'the state of a session');
+    const count = path.length / wide, all = new Uint32Array(stride * count);
+    whole(wasm.page_begin(models[in_mode], ...beside(in_mode)), 'the state of a session');
     for (let begun = 0; begun < count; begun += ROOM) {
       const now = Math.min(ROOM, count - begun), of = (array, n) => array.subarray(n * begun, n * (begun + now));
-      floats(path_at, 3 * fingers * now).set(of(path, 3 * fingers));
+      floats(path_at, wide * now).set(of(path, wide));
       const held = words(buttons_at, fingers * now).fill(0);
       if (buttons) held.set(of(buttons, fingers));
       wasm.page_replay(path_at, buttons_at, now, ticks_at);
@@ -252,18 +295,24 @@ function haptableEngine(port) {
   // The servo's CSV (docs/SPEC.md), byte for byte.
   function csv(pieces) {
     const names = ',x,y,z,contact,node_i,node_j,node_k,alpha_i,alpha_j,alpha_k,god_x,god_y,god_z,force_x,force_y,force_z,buttons,state,faults';
-    const lines = ['tick' + names + (fingers === 2 ? names.replace(/(?=,)|$/g, '2').slice(1) : '') +
+    const three_of = name => ['x', 'y', 'z'].map(a => ',' + name + '_' + a).join('');
+    const of_tool = ',qw,qx,qy,qz' + three_of('torque') + three_of('tool') + ',tool_qw,tool_qx,tool_qy,tool_qz' +
+      Array.from({length: points}, (_, i) => names.slice(6, names.indexOf(',buttons')).replace(/(?=,)|$/g, '_p' + (i + 1)).slice(('_p' + (i + 1)).length)).join('');
+    const lines = ['tick' + names + (fingers === 2 ? names.replace(/(?=,)|$/g, '2').slice(1) : '') + (points ? of_tool : '') +
       Array.from({length: swings}, (_, k) => ',mode_' + (k + 1)).join('') + (scene.body ? ',body_x,body_y,body_z,turn_w,turn_x,turn_y,turn_z' : '')];
-    const columns = t => {
+    const contact = t => {
       const three = at => Array.from(real(t, at), nine).join(',');
       const nodes = [2, 3, 4].map(k => (t[k] | 0) < 0 ? -1 : scene.node[t[k]]);
-      return [three(FINGER), touches(t) ? 1 : 0, nodes.join(','), three(ALPHA), three(GOD), three(FORCE), t[BUTTONS], t[0], t[FAULTS]].join(',');
+      return [touches(t) ? 1 : 0, nodes.join(','), three(ALPHA), three(GOD), three(FORCE)].join(',');
     };
+    const columns = t => [Array.from(real(t, FINGER), nine).join(','), contact(t), t[BUTTONS], t[0], t[FAULTS]].join(',');
     for (const piece of pieces)
       for (let i = 0; i < piece.length; i += stride) {
         const row = [lines.length - 1];
         for (let f = 0; f < fingers; ++f) row.push(columns(piece.subarray(i + WORDS * f, i + WORDS * (f + 1))));
         const whole = piece.subarray(i, i + stride), pose = pose_of(whole);
+        if (points) row.push(...Array.from(reals(whole, stride - GRIP, GRIP), nine));
+        for (let p = 1; p <= points; ++p) row.push(contact(whole.subarray(WORDS * p, WORDS * (p + 1))));
         row.push(...Array.from(swung_of(whole), nine));
         if (pose) row.push(...Array.from(pose.centre, nine), ...Array.from(pose.turn, nine));
         lines.push(row.join(','));
@@ -276,6 +325,7 @@ function haptableEngine(port) {
     mode: m => choose(m.index),
     goal: m => {
       const f = m.finger || 0;
+      turn = m.turn || turn;
       if (goal[f] === null || m.place) place(f, m.at);
       goal[f] = m.at;
     },
@@ -300,15 +350,15 @@ function haptableEngine(port) {
     // For tests and for a file that was dropped: {path, buttons, mode, play}; of two fingers each has both in turn.
     replay: m => {
       const ticks = run(m.path, m.buttons, m.mode);
-      const force = new Float32Array(m.path.length), god = new Float32Array(m.path.length);
-      const series = new Float32Array(2 * m.path.length / 3);
-      for (let i = 0; i < m.path.length / 3; ++i) {
+      const n = fingers * m.path.length / wide, force = new Float32Array(3 * n), god = new Float32Array(3 * n);
+      const series = new Float32Array(2 * n);
+      for (let i = 0; i < n; ++i) {
         const record_ = ticks.subarray(stride * Math.floor(i / fingers)), t = record_.subarray(WORDS * (i % fingers));
-        const f = real(t, FORCE), x = real(t, FINGER), g = to_world(real(t, GOD), pose_of(record_.subarray(0, stride)));
+        const f = real(t, FORCE), pose = pose_of(record_.subarray(0, stride)), g = to_world(real(t, GOD), pose);
         force.set(f, 3 * i);
         god.set(g, 3 * i);
         series[2 * i] = length(f);
-        series[2 * i + 1] = touches(t) ? length([x[0] - g[0], x[1] - g[1], x[2] - g[2]]) : 0;
+        series[2 * i + 1] = Math.max(0, ...contacts_of(t).map(one => length(dent(one, pose))));
       }
       if (m.play) played = {ticks, at: 0};
       port.postMessage({kind: 'replayed', id: m.id, ticks: m.words ? ticks : null, force, god, series,

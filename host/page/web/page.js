@@ -9,6 +9,7 @@
 
   const GRAB = 2, ACKNOWLEDGE = 4;  // a device's buttons
   let data, scene, engine, picture, live = null, frame = null, mode = 0;
+  let tilt = null;  // of a tool, how far keys have turned it: {about the screen's axes, about its own}
   let hand = 0, turning = null, pinch = new Map(), awaiting = false, gain = 1;
   let grip = [0, 1].map(() => ({hover: null, press: null}));  // of each finger; the mouse has that of `hand`
   let by_time, by_depth, by_depth_floor, histories, replay = null, recording = false;
@@ -102,6 +103,7 @@
       } catch (error) {
         picture = null;
       }
+      if (scene.tool) tilt = {by: new THREE.Quaternion(), own: 0, normal: null};
       engine = start_engine();
       open_engine();
     }, 0);
@@ -111,6 +113,7 @@
     if (scene.live) engine = live = new Live(engine, 112 * scene.fingers + 4 * (scene.body_modes ? scene.body_modes.modes : 0) + (scene.body ? 28 : 0), tell_live);
     histories = Array.from({length: scene.fingers}, () => new History(1000 * HISTORY_S));
     document.documentElement.classList.toggle('two', scene.fingers === 2);
+    document.documentElement.classList.toggle('tool', Boolean(scene.tool));
     by_time = new Plot($('by_time'));
     by_depth = new Plot($('by_depth'));
     describe();
@@ -377,15 +380,35 @@
 
   // Where the hand wants the finger: above the surface, or, pressed, below it.
   function goal_of(finger, least = 0) {
-    const {hover, press} = grip[finger], above = CLEARANCE * picture.size;
-    if (!press) return hover.at_m.map((v, a) => v + above * hover.normal[a]);
+    const {hover, press} = grip[finger], above = CLEARANCE * picture.size, low = below_handle();
+    if (!press) return hover.at_m.map((v, a) => v + (low + above) * hover.normal[a]);
     const t = Math.min(1, Math.max(least, (performance.now() - press.since) / (1e3 * RAMP_S))), share = t * t * t * (10 + t * (-15 + 6 * t));
     const depth = Math.min(1e-3 * Number($('depth').value) * press.pressure, 2e-3 * Number($('depth').max));
-    return hover.at_m.map((v, a) => v + (above - share * (above + depth)) * hover.normal[a]);
+    return hover.at_m.map((v, a) => v + (low + above - share * (above + depth)) * hover.normal[a]);
   }
 
   function send_goal(finger, at, place = false) {
-    engine.postMessage({kind: 'goal', finger, at, place});
+    engine.postMessage({kind: 'goal', finger, at, place, turn: scene.tool ? turn_of(finger) : null});
+  }
+
+  // A tool's lowest point is at the surface when its handle is so far above; of a finger 0.
+  const below_handle = () => scene.tool ? Math.max(...scene.tool.point_m.map(r => -r[2])) : 0;
+
+  // A tool faces the surface where the pointer is, or where a press began; keys turn it from there: w x y z.
+  function turn_of(finger) {
+    const {hover, press} = grip[finger];
+    if (!press || !tilt.normal) tilt.normal = hover.normal;
+    const turn = new THREE.Quaternion().setFromUnitVectors(new THREE.Vector3(0, 0, 1), new THREE.Vector3(...tilt.normal).normalize());
+    turn.premultiply(tilt.by).multiply(new THREE.Quaternion().setFromAxisAngle(new THREE.Vector3(0, 0, 1), tilt.own));
+    return [turn.w, turn.x, turn.y, turn.z];
+  }
+
+  // Turns a tool by steps of 5 degrees about the screen's axes, to the right and up, and about its own.
+  function turn_tool(right, up, own) {
+    const step = Math.PI / 36, [x, y] = picture.axes();
+    tilt.by.premultiply(new THREE.Quaternion().setFromAxisAngle(x, step * right)).premultiply(new THREE.Quaternion().setFromAxisAngle(y, step * up)).normalize();
+    tilt.own += step * own;
+    if (grip[hand].hover) send_goal(hand, goal_of(hand));
   }
 
   // Leaves the finger where it is, as deep as it was to go, and takes up the other one.
@@ -410,6 +433,11 @@
       buttons(event, true);
       document.documentElement.classList.add('keys');
       if (is_its_own(event)) return;
+      const turns = {ArrowLeft: [0, -1, 0], ArrowRight: [0, 1, 0], ArrowUp: [-1, 0, 0], ArrowDown: [1, 0, 0], '<': [0, 0, 1], '>': [0, 0, -1]}[event.key];
+      if (scene.tool && picture && !replay && turns && (event.shiftKey || event.key.length === 1)) {
+        event.preventDefault();
+        return turn_tool(...turns);
+      }
       const act = {
         ArrowLeft: () => picture.turn(24, 0), ArrowRight: () => picture.turn(-24, 0), ArrowUp: () => picture.turn(0, 24),
         ArrowDown: () => picture.turn(0, -24), '+': () => picture.zoom(0.9), '=': () => picture.zoom(0.9), '-': () => picture.zoom(1.1),
@@ -425,6 +453,7 @@
   // Puts the camera back, and a body that nothing holds.
   function home() {
     picture.home();
+    if (scene.tool) tilt = {by: new THREE.Quaternion(), own: 0, normal: null};
     if (!scene.body || live || replay) return;
     grip = grip.map(() => ({hover: null, press: null}));
     if (recording) record();
@@ -487,7 +516,7 @@
   // Whether it would draw another picture than the last.
   function changed(message) {
     const of = one => one ? one.state + ' ' + one.finger.join() + one.god.join() + one.goal : '';
-    const pose = message.pose ? message.pose.centre.join() + message.pose.turn.join() : '';
+    const pose = (message.pose ? message.pose.centre.join() + message.pose.turn.join() : '') + (message.tool ? message.tool.turn.join() : '');
     const key = of(message) + of(message.second) + pose + message.swung.join() + $('colour').value + $('exaggerate').value;
     const other = key !== changed.last;
     changed.last = key;
@@ -511,6 +540,7 @@
       ['finger, mm', f.state === 1 || contact ? Text.mm(f.finger) : '–'],
       ['god-object, mm', contact ? Text.mm(f.god) : '–'],
       ['patch: nodes', contact ? f.patch + ': ' + Array.from(f.vertex, v => scene.node[v]).join(Text.GAP) : '–'],
+      ...(f.tool ? of_tool(f.tool) : []),
       ...(f.second ? of_second(f.second, state(f.second)) : [])
     ];
     $('numbers').innerHTML = lines.map(([name, text]) => '<dt>' + name + '</dt><dd>' + text + '</dd>').join('');
@@ -518,11 +548,20 @@
     if (recording) $('session').textContent = 'recording: ' + (f.recorded / 1000).toFixed(1) + ' s';
   }
 
-  const depth_of = f => f.contact ? Math.hypot(...f.finger.map((v, a) => v - f.god[a])) : 0;
+  // Of a tool, of the point that is deepest.
+  const depth_of = f => f.tool ? Math.max(...f.tool.points.map(depth_of)) : f.contact ? Math.hypot(...f.finger.map((v, a) => v - f.god[a])) : 0;
 
   function output(f, name) {
     const [value, unit] = Text.si(Math.hypot(...f.force), 'N').split('\u202f');
     return '<output class="' + name + '">' + value + '</output> <span>' + unit + '</span>';
+  }
+
+  function of_tool(tool) {
+    const size = Math.hypot(...tool.torque), touching = tool.points.filter(one => one.contact).length;
+    return [
+      ['torque x y z', size > 0 ? vector(tool.torque, size, 'N m') : '–'],
+      ['points that touch', touching + ' of ' + tool.points.length]
+    ];
   }
 
   function of_second(f, state) {
@@ -563,8 +602,8 @@
     $('legend').innerHTML = (load ? 'load on a node' : 'displacement') +
       '<div class="bar" style="background:linear-gradient(90deg,' + steps + ')"></div><div class="ends"><span>0</span><span>' +
       (end > 0 ? Text.si(end, load ? 'N' : 'm') : '') + '</span></div><div class="keys">' +
-      ball('finger', 'finger (ring: hand)') + (scene.fingers === 2 ? ball('second-finger', 'second finger') : '') +
-      ball('god-object', 'god-object') + ball('force', 'force on the finger') +
+      ball('finger', scene.tool ? 'tool (ring: hand)' : 'finger (ring: hand)') + (scene.fingers === 2 ? ball('second-finger', 'second finger') : '') +
+      ball('god-object', 'god-object') + ball('force', scene.tool ? 'force on the hand' : 'force on the finger') +
       (has(m => m & 2) ? part('repeating-linear-gradient(135deg,var(--held) 0 3px,var(--quiet) 3px 5px)', 'held still') : '') +
       (has(m => !(m & 3)) ? part('var(--not-touchable)', 'not touchable') : '') + '</div>';
   }
@@ -616,7 +655,7 @@
 
   // Replays the text of a CSV in the chosen mode; gives how many of its forces are the same, bit for bit.
   api.play = async (text, name = 'the file') => {
-    const {path, buttons, force} = Data.parse_csv(text, scene.fingers), step = 3 * scene.fingers;
+    const {path, buttons, force} = Data.parse_csv(text, scene.fingers, Boolean(scene.tool)), step = 3 * scene.fingers;
     Data.refuse_millimetres(path, scene);
     if (recording) record();
     const answer = await ask('replay', {path, buttons, mode, play: true});
@@ -624,9 +663,9 @@
     let same = 0;
     if (force) {
       const [a, b] = [bits(force), bits(answer.force)];
-      for (let i = 0; i < path.length; i += step) same += a.subarray(i, i + step).every((bits_, k) => bits_ === b[i + k]) ? 1 : 0;
+      for (let i = 0; i < force.length; i += step) same += a.subarray(i, i + step).every((bits_, k) => bits_ === b[i + k]) ? 1 : 0;
     }
-    replay = {count: path.length / step, at: 0, playing: true, series: answer.series, last: performance.now()};
+    replay = {count: answer.series.length / 2 / scene.fingers, at: 0, playing: true, series: answer.series, last: performance.now()};
     $('seek').max = replay.count - 1;
     show_player(true);
     $('hint').classList.add('away');

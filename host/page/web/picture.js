@@ -19,6 +19,7 @@ class Picture {
     this.camera = new THREE.PerspectiveCamera(26, 1, 0.05, 60);
     this.build_surface();
     this.build_markers();
+    if (scene.tool) this.build_tool(scene.tool, table('tool_surface', Float32Array));
     if (scene.body && scene.body.floor) this.build_floor(scene.body.floor);
     this.recolour();
     this.pose = null;
@@ -169,6 +170,46 @@ class Picture {
     const lines = new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({color: 0x808a9c, transparent: true, opacity: 0.45, depthWrite: false}));
     lines.visible = false;
     return lines;
+  }
+
+  // A tool as it looks, or, of points that are given, a ball each; and a mark for each point that touches.
+  build_tool({point_m}, corners) {
+    this.tool = new THREE.Group();
+    const scaled = x => x / this.size;
+    if (corners.length > 0) {
+      const geometry = new THREE.BufferGeometry();
+      geometry.setAttribute('position', new THREE.BufferAttribute(corners.map(scaled), 3));
+      geometry.computeVertexNormals();
+      this.tool.add(new THREE.Mesh(geometry, this.inked_material(THREE.MeshLambertMaterial, 'finger', {transparent: true, opacity: 0.6, side: THREE.DoubleSide})));
+    }
+    const ball = new THREE.SphereBufferGeometry(corners.length > 0 ? 0.004 : 0.01, 16, 10);
+    for (const r of point_m) {
+      const point = new THREE.Mesh(ball, this.inked_material(THREE.MeshLambertMaterial, 'finger'));
+      point.position.set(...r.map(scaled));
+      this.tool.add(point);
+    }
+    this.touching = point_m.map(() => this.marker(new THREE.SphereBufferGeometry(1, 16, 10), 'god-object', 0.009));
+    this.tool.visible = false;
+    for (const mark of this.touching) mark.visible = false;
+    this.world.add(this.tool);
+  }
+
+  place_tool({position, turn, points}, known) {
+    const [w, x, y, z] = turn;
+    this.tool.visible = known;
+    this.tool.position.copy(this.scaled(position));
+    this.tool.quaternion.set(x, y, z, w);
+    points.forEach((point, i) => {
+      this.touching[i].visible = point.contact;
+      if (point.contact) this.touching[i].position.copy(this.scaled(point.god));
+    });
+  }
+
+  // The screen's axes in the world: to the right, up.
+  axes() {
+    const [x, y] = [new THREE.Vector3(), new THREE.Vector3()];
+    this.camera.matrixWorld.extractBasis(x, y, new THREE.Vector3());
+    return [x, y];
   }
 
   // What a body rests on that nothing holds.
@@ -334,7 +375,7 @@ class Picture {
     let value = this.moved, size = largest;
     if (colour === 'load') {
       this.load.fill(0);
-      for (const one of felt) this.add_load(one);
+      for (const one of frame.tool ? frame.tool.points : felt) this.add_load(one);
       value = this.load;
       size = this.load.reduce((a, b) => Math.max(a, b), 0);
     }
@@ -343,6 +384,11 @@ class Picture {
     if (size > this.colour_end) this.colour_end = Text.round_up_a_little(size);
     this.paint(value, this.colour_end);
     felt.forEach((one, finger) => this.mark_finger(this.fingers[finger], one, frame.played < 0));
+    if (frame.tool) {
+      const mark = this.fingers[0];
+      this.place_tool(frame.tool, mark.finger.visible);
+      mark.finger.visible = mark.god.visible = mark.dent.visible = false;  // a handle is within its tool
+    }
     this.dirty = true;
   }
 

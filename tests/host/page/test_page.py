@@ -78,7 +78,8 @@ class Page:
         assert [url for url in self.browser.requests if not url.startswith(self.url)] == []
 
     def replay(self, path: str) -> str:
-        self(f"globalThis.file = Data.parse_csv(`{path}`, haptable.scene().fingers); 0")
+        self(f"globalThis.file = Data.parse_csv(`{path}`, haptable.scene().fingers, "
+             "Boolean(haptable.scene().tool)); 0")
         return self("haptable.replay(file, 0).then(done => done.csv)")
 
     def expect_the_hosts(self, csv: str) -> np.ndarray:
@@ -308,6 +309,74 @@ def test_replays_the_hosts_bits_of_two_fingers_and_of_a_body_that_moves(page, mo
     assert both.sum() > (10 if page.body.free else 100), "a body that is pushed moves out of the strokes' way"
     if page.body.free:
         assert np.hypot(rows["body_x"][-1] - 0.015, rows["body_y"][-1] - 0.015) > 1e-3, "they push it about"
+
+
+def expect_held(body, rows) -> None:
+    """What the library's tool feels on the rows' path is what they say, bit for bit."""
+    tool = body.tool()
+
+    def columns(*names) -> np.ndarray:
+        return np.stack([rows[name] for name in names], axis=-1).astype(np.float32)
+    handle, turn = columns("x", "y", "z"), columns("qw", "qx", "qy", "qz")
+    for i, row in enumerate(rows):
+        felt = tool.step(handle[i], turn[i])
+        assert felt["state"] == row["state"], i
+        np.testing.assert_array_equal(columns("force_x", "force_y", "force_z")[i], felt["force"], str(i))
+        np.testing.assert_array_equal(columns("torque_x", "torque_y", "torque_z")[i], felt["torque"], str(i))
+        for p, point in enumerate(tool.points, 1):
+            assert (row[f"contact_p{p}"] != 0) == (point["state"] == haptable_package().State.CONTACT), (i, p)
+            told = columns(*(f"force_{a}_p{p}" for a in "xyz"))[i]
+            np.testing.assert_array_equal(told, point["force"], f"{i}, {p}")
+
+
+TOOL = """[contact]
+force = "{force}"
+god_object = "{god_object}"
+{more}[tool]
+shape = "disc"
+radius = 0.006
+points = 7
+"""
+
+
+@pytest.mark.parametrize("force, god_object, more", [
+    ("consistent", "nearest", ""), ("pressure-mask", "least-energy", "mask_radius = 0.012\nfriction = 0.3\n")])
+def test_replays_the_hosts_bits_of_a_tool(page, force, god_object, more):
+    page.make(TOOL.format(force=force, god_object=god_object, more=more) + FIXED, n=5)
+    path = strokes(page.body, 30)
+    angle = 0.01 * np.arange(len(path))
+    turn = np.stack([np.cos(0.3 * np.sin(angle)), *(0.6 * np.sin(0.3 * np.sin(angle)) * s for s in (1, 1, 0.75))], 1)
+    turn /= np.linalg.norm(turn, axis=1)[:, None]
+    text = "x,y,z,qw,qx,qy,qz\n" + "".join(
+        ",".join(f"{v:.9g}" for v in np.float32(row)) + "\n" for row in np.hstack([path, turn]))
+    (page.folder / "felt.csv").write_text(page.open("?worker=off").replay(text))
+    rows = read_csv(page.folder / "felt.csv")
+    assert len(rows) == len(path)
+    expect_held(page.body, rows)
+    assert sum(rows[f"contact_p{p}"] for p in range(1, 8)).max() > 2
+
+
+def test_presses_a_tool_that_keys_turn(page):
+    page.make(TOOL.format(force="consistent", god_object="nearest", more="") + FIXED).open()
+    page.browser.key("r")  # a session that begins outside
+    page.press()
+    touching = "haptable.frame().tool.points.filter(point => point.contact).length"
+    page.until(f"{touching} > 3")
+    assert page("haptable.frame().displacement.some(u => u < -1e-4)")
+    assert page("document.getElementById('numbers').textContent.includes('points that touch')")
+    flat = page("haptable.frame().tool.turn")
+    for _ in range(4):
+        page.browser.command("Input.dispatchKeyEvent", type="keyDown", key="ArrowRight", modifiers=8)
+        page.browser.command("Input.dispatchKeyEvent", type="keyUp", key="ArrowRight", modifiers=8)
+    page.until(f"haptable.frame().tool.turn.some((q, a) => Math.abs(q - [{','.join(map(str, flat))}][a]) > 0.1)")
+    page.until("Math.hypot(...haptable.frame().tool.torque) > 1e-6")
+    page.let_go(*page.at(*TOP))
+    page.until("haptable.frame().state === 1")
+    page.browser.key("r")
+    page.until("haptable.saved")
+    (page.folder / "felt.csv").write_text(page("haptable.saved.csv"))
+    expect_held(page.body, read_csv(page.folder / "felt.csv"))
+    page.expect_quiet()
 
 
 def test_replays_alike_with_a_worker_and_without(page):
