@@ -234,7 +234,7 @@ TemplateValues values_of(const Tables& tables, const ServoModel& servo, const ha
                                                                         : "corners"},
             {"servo_end", pair != nullptr || tool != nullptr ? "" : servo_end(model)},
             {"checked_parts", flag(model.check != nullptr && (moves || pair != nullptr))},
-            {"relaxed", flag(model.relax != nullptr)},
+            {"relaxed", flag(model.term_count > 0)},
             {"freed", flag(model.frictionless != nullptr && !has_points)},
             {"fingers", std::to_string(fingers)},
             {"coupled", flag(pair != nullptr)},
@@ -249,9 +249,9 @@ TemplateValues values_of(const Tables& tables, const ServoModel& servo, const ha
             {"moves", flag(moves)},
             {"step", tool != nullptr              ? "step_tool"
                      : fingers > HAPTABLE_FINGERS ? "step_hands"
-                     : moves                      ? "moving"
-                     : pair != nullptr            ? "step_held"
-                                                  : "step_one"},
+                     : !moves                     ? (pair != nullptr ? "step_held" : "step_one")
+                     : model.stiffen != nullptr   ? "moving_stiffening"
+                                                  : "moving"},
             {"body", body != nullptr ? rigid_body_fields(*body) : ""}};
 }
 

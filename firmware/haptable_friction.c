@@ -54,15 +54,13 @@ static void split(const struct haptable_model* model, const struct haptable_cont
 static void take_load_of_force(const struct haptable_model* model, struct haptable_contact* contact,
                                const float x_m[3]) {
     float nodal_n[3][3], force_n[3];
-    model->linear(model, contact, x_m, nodal_n, force_n);
+    model->force(model, contact, x_m, nodal_n, force_n);
     vec_zero(contact->load_n);
     vec_add_scaled(-1.0f, force_n, contact->load_n);
 }
 
 /* Where the force of a tick is made of the load, that is taken with the energy, and C is known. */
-static int has_compliance(const struct haptable_model* model) {
-    return model->linear == haptable_force_of_least_energy;
-}
+static int has_compliance(const struct haptable_model* model) { return model->force == haptable_force_of_least_energy; }
 
 /* The same. after: c is C there, where it has one. */
 static void take_load(const struct haptable_model* model, struct haptable_contact* contact, const float x_m[3],

@@ -231,12 +231,12 @@ struct haptable_stiffened {
     float tangent; /* 1 + 2 e Psi'' / Psi': of the stiffness along the load */
 };
 
-/* Returns Psi' of a contact that stiffens, and writes what it has. */
-typedef float haptable_stiffen_fn(const struct haptable_model* model, const struct haptable_contact* contact,
-                                  const float finger_m[3], struct haptable_stiffened* stiffened);
+/* Returns Psi' of a servo's contact that stiffens, and writes what it has. */
+typedef float haptable_stiffen_fn(const struct haptable_model* model, const struct haptable_servo* servo,
+                                  struct haptable_stiffened* stiffened);
 
-/* Applies relaxation to the contact's force, or to the dent that it left: changes out. before: out holds the elastic
- * force, or none, not clamped. */
+/* Stiffens and relaxes the contact's force, or relaxes the dent that it left: changes out. before: out holds the
+ * linear elastic force, or none, not clamped. */
 typedef void haptable_relax_fn(const struct haptable_model* model, struct haptable_servo* servo,
                                struct haptable_output* out);
 
@@ -266,7 +266,6 @@ typedef void haptable_check_fn(const struct haptable_scene* scene, struct haptab
     FUNCTION(haptable_unpack_fn, unpack, HAPTABLE_UNPACKS) /* how blocks are read from packed; NULL: none is packed */ \
     FUNCTION(haptable_god_object_fn, god_object, HAPTABLE_GOD_OBJECTS)                                                 \
     FUNCTION(haptable_force_fn, force, HAPTABLE_FORCES)                                                                \
-    FUNCTION(haptable_force_fn, linear, HAPTABLE_FORCES)    /* the same, or what force_stiffening makes stiffer */     \
     FUNCTION(haptable_energy_fn, energy, HAPTABLE_ENERGIES) /* of that force, for a god-object that needs it */        \
     PART(struct haptable_compliance, compliance)            /* for a force that needs it */                            \
     FUNCTION(haptable_god_object_fn, frictionless, HAPTABLE_GOD_OBJECTS) /* that god_object_friction holds back */     \
@@ -492,7 +491,6 @@ haptable_span_fn haptable_span_of_compliance; /* these, of a model that has one 
     X(haptable_force_consistent)        \
     X(haptable_force_pressure_mask)     \
     X(haptable_force_of_least_energy)   \
-    X(haptable_force_stiffening)        \
     X(haptable_force_consistent_packed) \
     X(haptable_force_pressure_mask_packed)
 #define HAPTABLE_ENERGIES(X)             \
@@ -508,14 +506,19 @@ haptable_span_fn haptable_span_of_compliance; /* these, of a model that has one 
     X(pressure_mask)          \
     X(consistent_packed)      \
     X(pressure_mask_packed)
-#define HAPTABLE_FINISHES(X) X(haptable_release_slew) X(haptable_passivity_control)
+#define HAPTABLE_FINISHES(X) X(haptable_release_slew) X(haptable_passivity_control) X(haptable_release_slew_stiffening)
 #define HAPTABLE_PLAUSIBLES(X) X(haptable_plausible_motion)
 #define HAPTABLE_GAINS(X) X(haptable_limit_force)
 #define HAPTABLE_LIMITS(X) X(haptable_limit_rate) X(haptable_limit_mean)
 #define HAPTABLE_RESUMES(X) X(haptable_resume_ramp)
 #define HAPTABLE_CHECKS(X) X(haptable_check_crc)
-#define HAPTABLE_STIFFENINGS(X) X(haptable_stiffening)
-#define HAPTABLE_RELAXATIONS(X) X(haptable_relaxation) X(haptable_relaxation_held)
+#define HAPTABLE_STIFFENINGS(X) X(haptable_stiffened_of)
+#define HAPTABLE_RELAXATIONS(X)       \
+    X(haptable_relaxation)            \
+    X(haptable_relaxation_held)       \
+    X(haptable_stiffening)            \
+    X(haptable_relaxation_stiffening) \
+    X(haptable_relaxation_held_stiffening)
 #define HAPTABLE_UNPACKS(X) X(haptable_unpack_float16) X(haptable_unpack_int16)
 
 /* god_object: the point with the least stored energy E(g) = 1/2 u^T S(g) u, tracked downhill from where it was; needs
@@ -589,16 +592,19 @@ haptable_limit_fn haptable_limit_mean;
  * lowered. Without it contact begins after the finger has left. */
 haptable_god_object_fn haptable_resume_ramp;
 
-/* force: a body whose dents stiffen: model->linear times a cubic of the root of the energy that it stores. Nodal forces
- * are the linear body's, which dent it to the finger. haptable_stiffening.c has the law. */
-haptable_force_fn haptable_force_stiffening;
-haptable_stiffen_fn haptable_stiffening;
+/* relax: a body whose dents stiffen: the force times a cubic of the root of the energy that it stores. Nodal forces stay
+ * the linear body's, which dent it to the finger. haptable_stiffening.c has the law. */
+haptable_relax_fn haptable_stiffening;
+haptable_stiffen_fn haptable_stiffened_of;
+haptable_finish_fn haptable_release_slew_stiffening;
 
 /* relax: a body whose stiffness falls with time by a sum of exponentials, the same everywhere. A finger is met where
  * the surface is, which comes back slowly; then the dent is still drawn. The one for a contact that friction or a hand
  * may hold: there each direction has its own history. haptable_relaxation.c has the law. */
 haptable_relax_fn haptable_relaxation;
 haptable_relax_fn haptable_relaxation_held;
+haptable_relax_fn haptable_relaxation_stiffening;
+haptable_relax_fn haptable_relaxation_held_stiffening;
 
 /* check: CRC-32 of every value and table of every part of a scene. */
 haptable_check_fn haptable_check_crc;

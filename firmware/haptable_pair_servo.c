@@ -248,7 +248,7 @@ void haptable_pair_init(const struct haptable_pair_model* tables, struct haptabl
         haptable_servo_init(&pair->servo[finger]);
         pair->servo[finger].finger = (uint8_t)finger;
         view->model = *tables->model;
-        view->model.force = view->model.linear = haptable_pair_force;
+        view->model.force = haptable_pair_force;
         view->model.energy = tables->energy;
         if (view->model.passivity) view->model.passivity = brake;
         view->tables = tables;

@@ -6,7 +6,7 @@
  * that is F_e convolved with g(t) = g_rest + sum g_k exp(-t / time_k): a generalised Maxwell body. Where F_e is minus
  * the gradient of an energy s^2 / 2, so is F of 1/2 (g_rest s^2 + sum g_k r_k^2) but for what the terms lose,
  * g_k r_k^2 / time_k, which is never negative: no loop gains, wherever the god-object goes. Where the body stiffens, s
- * grows with the dent's sqrt(u . S u) by a factor (haptable_stiffening.c): the elastic force relaxes (Fung 1981), and
+ * grows with the dent's sqrt(u . S u) by a factor (haptable_relaxation_stiffening.c): the elastic force relaxes (Fung 1981), and
  * what the terms lose is g_k r_k / time_k times the dent less the one that would have s - r_k.
  *
  * In a tick s goes straight from one value to the next; then
@@ -133,7 +133,7 @@ void haptable_relaxation_slide(const struct haptable_model* model, const struct 
     if (touches) {
         float u[3];
         vec_sub(servo->finger_m, out->god_object_m, u);
-        size = haptable_relaxation_size(-vec_dot(u, out->force_n), haptable_relaxation_factor(model, servo), &inverse);
+        size = haptable_relaxation_size(-vec_dot(u, out->force_n), 1.0f, &inverse);
         if (!relaxed->touches && relaxed->dent > 0.0f)
             move_dent(model, relaxed, distance(out->god_object_m, relaxed->god_object_m) / model->relaxation_reach_m);
     }

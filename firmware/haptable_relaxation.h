@@ -39,11 +39,13 @@ static inline float haptable_relaxation_size(float work_j, float factor, float* 
     return factor * (twice_energy_j * inverse_root);
 }
 
-/* Of a contact's elastic force to the linear one. */
-static inline float haptable_relaxation_factor(const struct haptable_model* model, const struct haptable_servo* servo) {
-    struct haptable_stiffened unused;
-    if (!model->stiffen || servo->contact.patch == HAPTABLE_NONE) return 1.0f;
-    return model->stiffen(model, &servo->contact, servo->finger_m, &unused);
-}
+/* haptable_relaxation_slide of a body whose dents stiffen. before: out has the elastic force F_e, which is `factor`
+ * times the linear one. */
+void haptable_relaxation_slide_stiffened(const struct haptable_model* model, const struct haptable_servo* servo,
+                                         struct haptable_relaxed* relaxed, float factor, struct haptable_output* out);
+
+/* haptable_relaxation_held of such a body. before: the same. */
+void haptable_relaxation_held_stiffened(const struct haptable_model* model, struct haptable_servo* servo, float factor,
+                                        struct haptable_output* out);
 
 #endif

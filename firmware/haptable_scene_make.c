@@ -48,14 +48,14 @@ void haptable_scene_make(const struct haptable_model* model, const struct haptab
     static const struct haptable_rigid_part* const rigid[] = {HAPTABLE_RIGID_MOVERS(PART)};
 #undef PART
     uint32_t end = (uint32_t)(pair ? sizeof(struct haptable_pair) : sizeof(struct haptable_servo));
-    if (model->frictionless || model->relax) end = (uint32_t)sizeof(struct haptable_room);
+    if (model->frictionless || model->term_count > 0) end = (uint32_t)sizeof(struct haptable_room);
     scene->model = model;
     scene->pair = pair;
     scene->body = body;
     scene->modes = modes;
     scene->init = pair ? haptable_init_two : haptable_init_one;
     scene->contacts = pair ? haptable_contacts_of_two : haptable_contact_of_one;
-    scene->step = body || modes ? haptable_moving : pair ? haptable_step_held : haptable_step_one;
+    scene->step = body || modes ? (model->stiffen ? haptable_moving_stiffening : haptable_moving) : pair ? haptable_step_held : haptable_step_one;
     scene->rigid = body && body->motion < HAPTABLE_RIGID_MOTIONS ? rigid[body->motion] : 0;
     scene->ringing = modes ? &haptable_part_modes : 0;
     scene->rows = !modes ? 0 : pair ? haptable_rows_of_two : haptable_rows_of_one;

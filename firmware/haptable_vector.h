@@ -145,8 +145,8 @@ static inline float vec_clamp01(float x) { return x < 0.0f ? 0.0f : (x > 1.0f ? 
 
 /* 1 / sqrt(x) for HAPTABLE_ROOT_LEAST <= x <= HAPTABLE_ROOT_MOST: a first guess from the exponent, then Newton's steps
  * y (3 - x y^2) / 2, each of which doubles the digits: 3.4e-2, 1.8e-3, 4.7e-6, below a float's rounding. No libm, the
- * same bits everywhere. */
-HAPTABLE_INLINE float vec_inverse_root(float x) {
+ * same bits everywhere. For 0 and what rounding leaves below it a finite number. */
+static inline float vec_inverse_root_by(float x, int steps) {
     union {
         float number;
         uint32_t bits;
@@ -155,8 +155,19 @@ HAPTABLE_INLINE float vec_inverse_root(float x) {
     guess.bits = 0x5f3759dfu - (guess.bits >> 1);
     float y = guess.number;
     HAPTABLE_UNROLLED
-    for (int k = 0; k < 3; ++k) y = y * (1.5f - 0.5f * x * y * y);
+    for (int k = 0; k < steps; ++k) y = y * (1.5f - 0.5f * x * y * y);
     return y;
+}
+HAPTABLE_INLINE float vec_inverse_root(float x) { return vec_inverse_root_by(x, 3); }
+
+/* x < 1 of a number, by the bits that a root begins with. */
+static inline int vec_is_below_one(float x) {
+    union {
+        float number;
+        int32_t bits;
+    } of;
+    of.number = x;
+    return of.bits < 0x3f800000;
 }
 
 #endif

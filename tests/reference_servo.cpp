@@ -51,7 +51,10 @@ namespace haptable::test::reference {
 #define haptable_relaxed_of reference_relaxed_of
 #define haptable_freed_of reference_freed_of
 #define haptable_stiffening reference_stiffening
-#define haptable_force_stiffening reference_force_stiffening
+#define haptable_stiffened_of reference_stiffened_of
+#define haptable_release_slew_stiffening reference_release_slew_stiffening
+#define haptable_relaxation_stiffening reference_relaxation_stiffening
+#define haptable_relaxation_held_stiffening reference_relaxation_held_stiffening
 #define haptable_relaxation reference_relaxation
 #define haptable_relaxation_held reference_relaxation_held
 #define haptable_init reference_scene_init
@@ -77,9 +80,15 @@ namespace haptable::test::reference {
 // clang-format off
 #include "firmware/haptable_model.h"
 #define vec_inverse_root vec_inverse_root_of_floats
+#define vec_inverse_root_by vec_inverse_root_of_floats_by
+#define vec_is_below_one vec_is_float_below_one
 #include "firmware/haptable_vector.h"
 #undef vec_inverse_root
+#undef vec_inverse_root_by
+#undef vec_is_below_one
 static inline double vec_inverse_root(double x) { return 1.0 / std::sqrt(x); }
+static inline int vec_is_below_one(double x) { return x < 1.0; }
+static inline double vec_inverse_root_by(double x, int) { return x > 0.0 ? 1.0 / std::sqrt(x) : 0.0; }
 #include "firmware/haptable_hinge.c"
 #include "firmware/haptable_patch.c"
 #include "firmware/haptable_sliver.c"
@@ -144,7 +153,10 @@ static inline double vec_inverse_root(double x) { return 1.0 / std::sqrt(x); }
 #undef haptable_relaxed_of
 #undef haptable_freed_of
 #undef haptable_stiffening
-#undef haptable_force_stiffening
+#undef haptable_stiffened_of
+#undef haptable_release_slew_stiffening
+#undef haptable_relaxation_stiffening
+#undef haptable_relaxation_held_stiffening
 #undef haptable_relaxation
 #undef haptable_init
 #undef haptable_step
@@ -221,7 +233,7 @@ struct ReferenceServo::State {
     void choose(const haptable_model& m) {
         model.god_object = m.god_object == haptable_god_object_nearest ? reference::reference_god_object_nearest
                                                                        : reference::reference_god_object_least_energy;
-        const haptable_force_fn* const force = m.linear != nullptr ? m.linear : m.force;
+        const haptable_force_fn* const force = m.force;
         if (force == haptable_force_interpolated) {
             model.force = reference::reference_force_interpolated;
             model.energy = reference::reference_energy_interpolated;
@@ -241,9 +253,7 @@ struct ReferenceServo::State {
         if (m.stiffen == nullptr) return;
         stiffening = {double(m.stiffening[0]), double(m.stiffening[1]), double(m.stiffening[2]),
                       double(m.stiffening[3])};
-        model.linear = model.force;
-        model.force = reference::reference_force_stiffening;
-        model.stiffen = reference::reference_stiffening;
+        model.relax = reference::reference_stiffening;
         model.stiffening = stiffening.data();
     }
 

@@ -67,7 +67,7 @@ TickCost cost_of(const Mode& mode, std::uint64_t fan, std::uint64_t slides) {
     if (mode.more == "friction")  // and a look at the finger from where it is held
         cost.rest += MOST_FRICTION_FORCES * (200 + fan * kNormal + force) + 200 + fan * kNormal;
     if (mode.more == "passivity") cost.rest += 300;
-    if (mode.more == "stiffening") cost.rest += 80;
+    if (mode.more == "stiffening") cost.rest += 64;
     return cost;
 }
 

@@ -2,6 +2,7 @@
 // What a scene does not name costs no byte: images of the cube, linked with more and less.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
 #include <set>
 
@@ -49,7 +50,7 @@ const Feature kFeatures[] = {
      [](Scene& s) {
          s.material.stiffening = Stiffening{5.0, 0.0, 0.0, {}};
      },
-     "haptable_force_stiffening"},
+     "haptable_stiffening"},
     {"a body that nothing holds",
      [](Scene& s) {
          s.fixed.clear();
@@ -88,6 +89,12 @@ protected:
     std::size_t bytes = 0;
     int made = 0;
 };
+
+/// Also in part: of a release, of relaxation, of a body that moves.
+bool names_stiffening(const LinkedServo& servo) {
+    return std::ranges::any_of(servo.symbols,
+                               [](const std::string& symbol) { return symbol.find("stiffen") != std::string::npos; });
+}
 
 /// A list for the shell: what the linker is offered, but files with one of these words in their names.
 std::string offered_without(const std::string& words) {
@@ -160,6 +167,7 @@ TEST_F(NamedByAScene, WhatIsNotNamedIsNotLinked) {
         const LinkedServo with = link(feature.ask);
         const std::string name = feature.name;
         EXPECT_TRUE(with.symbols.contains(feature.symbol)) << "the test knows its name";
+        EXPECT_EQ(names_stiffening(with), name == "stiffening");
         for (const Feature& other : kFeatures) {
             if (other.name == name) continue;
             EXPECT_FALSE(with.symbols.contains(other.symbol)) << "brings " << other.name;
