@@ -30,14 +30,8 @@ void haptable_hands_force(const struct haptable_model* model, const struct hapta
 
 void haptable_hands_brake(const struct haptable_model* model, struct haptable_servo* servo, const float motion_m[3],
                           float force_n[3]) {
-    const struct haptable_hands* hands = (const struct haptable_hands*)model;
-    const float motion2 = vec_length2(motion_m);
-    float by = hands->brake_n_per_m;
     (void)servo;
-    if (!(by > 0.0f)) return;
-    if (by * by * motion2 > model->max_force_n * model->max_force_n)
-        by = model->max_force_n * vec_inverse_root(motion2 > HAPTABLE_ROOT_LEAST ? motion2 : HAPTABLE_ROOT_LEAST);
-    vec_add_scaled(-by, motion_m, force_n);
+    haptable_brake(model, ((const struct haptable_hands*)model)->brake_n_per_m, motion_m, force_n);
 }
 
 /* The energy of the last tick's forces over all motions, and what takes back what was given. */

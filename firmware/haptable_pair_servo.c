@@ -54,14 +54,8 @@ static void tell(const struct haptable_pair_model* tables, struct haptable_pair*
 /* passivity: takes back what both hands were given, from both as they move. */
 static void brake(const struct haptable_model* model, struct haptable_servo* servo, const float motion_m[3],
                   float force_n[3]) {
-    const struct haptable_pair_view* view = pair_view_of(model);
-    const float motion2 = vec_dot(motion_m, motion_m);
-    float by = view->brake_n_per_m;
     (void)servo;
-    if (!(by > 0.0f && motion2 > 0.0f)) return;
-    if (by * by * motion2 > model->max_force_n * model->max_force_n)
-        by = model->max_force_n * vec_inverse_root(motion2 > HAPTABLE_ROOT_LEAST ? motion2 : HAPTABLE_ROOT_LEAST);
-    vec_add_scaled(-by, motion_m, force_n);
+    haptable_brake(model, pair_view_of(model)->brake_n_per_m, motion_m, force_n);
 }
 
 /* One that is alone touches but where it has come out of its dent, as the other has left. */

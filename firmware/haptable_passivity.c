@@ -11,16 +11,19 @@ float haptable_brake_of(const struct haptable_model* model, float given_j, float
     return given_j < most * motion2_m2 ? given_j / motion2_m2 : most;
 }
 
+void haptable_brake(const struct haptable_model* model, float by, const float motion_m[3], float force_n[3]) {
+    const float motion2 = vec_length2(motion_m);
+    if (by * by * motion2 > model->max_force_n * model->max_force_n)
+        by = model->max_force_n * vec_inverse_root(motion2 > HAPTABLE_ROOT_LEAST ? motion2 : HAPTABLE_ROOT_LEAST);
+    vec_add_scaled(-by, motion_m, force_n);
+}
+
 /* A force held over a tick (zero-order hold) does F_k . d to the user: W is exactly what was given. What is owed is
  * braked away in the next tick if the finger goes on as it went, as far as the device bears such a brake; its force is
  * at most max_force_n. */
 void haptable_passivity_control(const struct haptable_model* model, struct haptable_servo* servo,
                                 const float motion_m[3], float force_n[3]) {
-    const float motion2 = vec_length2(motion_m);
     servo->given_j += vec_dot(servo->given_n, motion_m);
-    float brake = haptable_brake_of(model, servo->given_j, motion2);
-    if (!(brake > 0.0f)) return;
-    if (brake * brake * motion2 > model->max_force_n * model->max_force_n)
-        brake = model->max_force_n * vec_inverse_root(motion2 > HAPTABLE_ROOT_LEAST ? motion2 : HAPTABLE_ROOT_LEAST);
-    vec_add_scaled(-brake, motion_m, force_n);
+    const float by = haptable_brake_of(model, servo->given_j, vec_length2(motion_m));
+    if (by > 0.0f) haptable_brake(model, by, motion_m, force_n); /* in few ticks */
 }
