@@ -77,11 +77,12 @@ void set_relaxation(const Tables& tables, bool is_held, haptable_model& model) {
 }
 
 /// After all others, whose twins it names; the curve itself is a table.
-void set_stiffening(const StiffeningCurve& curve, haptable_model& model) {
+void set_stiffening(const StiffeningCurve& curve, int fingers, haptable_model& model) {
     const bool stiffens = curve.energy_j > 0.0;
     model.stiffen = stiffens ? haptable_stiffened_of : nullptr;
     if (!stiffens) return;
     model.relax = model.relax == nullptr                    ? haptable_stiffening
+                  : fingers == 2                            ? haptable_pair_relaxation_stiffening
                   : model.relax == haptable_relaxation_held ? haptable_relaxation_held_stiffening
                                                             : haptable_relaxation_stiffening;
     if (model.release != nullptr) model.release = haptable_release_slew_stiffening;
@@ -108,7 +109,7 @@ void set_laws(const Tables& tables, haptable_model& model) {
     set_keys(tables.options, model);
     // Two fingers change each other's load: along its own direction alone neither history would be passive.
     set_relaxation(tables, friction || tables.limits.grab || tables.fingers == 2, model);
-    set_stiffening(tables.stiffening, model);
+    set_stiffening(tables.stiffening, tables.fingers, model);
     set_limits(tables.limits, tables.max_force_n, model);
     model.ungrabbed = tables.limits.grab ? model.god_object : nullptr;
     if (tables.limits.grab) model.god_object = haptable_god_object_grab;

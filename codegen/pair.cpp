@@ -105,14 +105,20 @@ struct Law {
 };
 #define HAPTABLE_LAW(name) \
     { #name, &haptable_pair_##name, &haptable_pair_bend_##name }
-constexpr Law kLaw[][2] = {
-#define HAPTABLE_FORCE_LAW(NAME, WORD, TITLE, FUNCTION, PACKED, ...) {HAPTABLE_LAW(FUNCTION), HAPTABLE_LAW(PACKED)},
+#define HAPTABLE_STIFFENING(name) \
+    { "stiffening_" #name, &haptable_pair_stiffening_##name, &haptable_pair_bend_stiffening_##name }
+/// By force, whether the tables are packed, whether dents stiffen.
+constexpr Law kLaw[][2][2] = {
+#define HAPTABLE_FORCE_LAW(NAME, WORD, TITLE, FUNCTION, PACKED, ...) \
+    {{HAPTABLE_LAW(FUNCTION), HAPTABLE_STIFFENING(FUNCTION)}, {HAPTABLE_LAW(PACKED), HAPTABLE_STIFFENING(PACKED)}},
 #include "host/base/laws.inc"
 };
+#undef HAPTABLE_STIFFENING
 #undef HAPTABLE_LAW
 
 const Law& law_of(const Tables& tables) {
-    return kLaw[static_cast<std::size_t>(tables.force)][tables.precision != Storage::kFloat32];
+    return kLaw[static_cast<std::size_t>(tables.force)][tables.precision != Storage::kFloat32]
+               [tables.stiffening.energy_j > 0.0];
 }
 
 template <typename T>

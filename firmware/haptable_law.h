@@ -52,6 +52,18 @@ typedef void haptable_pair_load_fn(const struct haptable_model* model, const str
                                    const float v[3], float nodal_force_n[3][3], float force_n[3]);
 typedef void haptable_pair_open_fn(const struct haptable_model* model, const struct haptable_contact* contact,
                                    const float finger_m[3], struct haptable_pair_point* point);
+/* What a finger's model names instead where dents stiffen. */
+typedef void haptable_pair_see_fn(struct haptable_model* view);
+
+/* v to the u that stores as much, by the contact's own A; in place. */
+typedef void haptable_pair_straighten_fn(const struct haptable_model* model, const float a[6], float v[3]);
+
+/* Of two fingers on a body whose dents stiffen. */
+struct haptable_pair_stiffening {
+    haptable_pair_see_fn* see;
+    haptable_pair_straighten_fn* straighten;
+};
+
 typedef void haptable_pair_slope_fn(const struct haptable_model* model, const struct haptable_contact* contact,
                                     struct haptable_pair_point* point, const float v[3], int is_whole,
                                     struct haptable_pair_slope* slope);
@@ -62,6 +74,7 @@ struct haptable_pair_law {
     uint8_t is_stiffness; /* 1: A is a stiffness */
     haptable_pair_own_fn* own;
     haptable_pair_load_fn* load;
+    const struct haptable_pair_stiffening* stiffening; /* NULL: dents are linear */
 };
 
 /* What god_object_least_energy needs besides: a contact's terms, then their derivatives. */
@@ -70,9 +83,11 @@ struct haptable_pair_bend {
     haptable_pair_slope_fn* slope;
 };
 
-#define HAPTABLE_PAIR_LAW(name)                                 \
-    extern const struct haptable_pair_law haptable_pair_##name; \
-    extern const struct haptable_pair_bend haptable_pair_bend_##name;
+#define HAPTABLE_PAIR_LAW(name)                                            \
+    extern const struct haptable_pair_law haptable_pair_##name;            \
+    extern const struct haptable_pair_bend haptable_pair_bend_##name;      \
+    extern const struct haptable_pair_law haptable_pair_stiffening_##name; \
+    extern const struct haptable_pair_bend haptable_pair_bend_stiffening_##name;
 HAPTABLE_PAIR_LAWS(HAPTABLE_PAIR_LAW)
 #undef HAPTABLE_PAIR_LAW
 

@@ -518,7 +518,8 @@ haptable_span_fn haptable_span_of_compliance; /* these, of a model that has one 
     X(haptable_relaxation_held)       \
     X(haptable_stiffening)            \
     X(haptable_relaxation_stiffening) \
-    X(haptable_relaxation_held_stiffening)
+    X(haptable_relaxation_held_stiffening) \
+    X(haptable_pair_relaxation_stiffening)
 #define HAPTABLE_UNPACKS(X) X(haptable_unpack_float16) X(haptable_unpack_int16)
 
 /* god_object: the point with the least stored energy E(g) = 1/2 u^T S(g) u, tracked downhill from where it was; needs
@@ -605,6 +606,7 @@ haptable_relax_fn haptable_relaxation;
 haptable_relax_fn haptable_relaxation_held;
 haptable_relax_fn haptable_relaxation_stiffening;
 haptable_relax_fn haptable_relaxation_held_stiffening;
+haptable_relax_fn haptable_pair_relaxation_stiffening; /* of two fingers */
 
 /* check: CRC-32 of every value and table of every part of a scene. */
 haptable_check_fn haptable_check_crc;

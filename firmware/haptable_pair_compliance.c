@@ -2,6 +2,7 @@
  *
  * [C_1 X; X^T C_2] f = u,   C_c = C(alpha) of one finger,   X = sum_kl w_k w_l C_kl over the controls of two patches
  */
+#include "haptable_pair_laws.h"
 #include "haptable_polynomial.h"
 
 static inline void slope_of(const struct haptable_model* model, int degree, const struct haptable_contact* contact,

@@ -2,6 +2,7 @@
  *
  * haptable_pair_compliance.c with blocks in 16 bits, expanded on the stack
  */
+#include "haptable_pair_laws.h"
 #include "haptable_polynomial.h"
 
 #define HAPTABLE_STORED(name) name##_packed

@@ -71,34 +71,38 @@ static inline void own_of(const struct haptable_model* model, const struct hapta
     own_place(model, &net, form->degree, contact, finger_m, own);
 }
 
-static void open_consistent(const struct haptable_model* model, const struct haptable_contact* contact,
-                            const float finger_m[3], struct haptable_pair_point* point) {
+void HAPTABLE_STORED(haptable_pair_open_consistent)(const struct haptable_model* model,
+                                                    const struct haptable_contact* contact, const float finger_m[3],
+                                                    struct haptable_pair_point* point) {
     open_of(model, &consistent_form, contact, finger_m, point);
 }
 
-static void open_mask(const struct haptable_model* model, const struct haptable_contact* contact,
-                      const float finger_m[3], struct haptable_pair_point* point) {
+void HAPTABLE_STORED(haptable_pair_open_pressure_mask)(const struct haptable_model* model,
+                                                       const struct haptable_contact* contact, const float finger_m[3],
+                                                       struct haptable_pair_point* point) {
     open_of(model, &mask_form, contact, finger_m, point);
 }
 
-static void own_consistent(const struct haptable_model* model, const struct haptable_contact* contact,
-                           const float finger_m[3], struct haptable_pair_own* own) {
+void HAPTABLE_STORED(haptable_pair_own_consistent)(const struct haptable_model* model,
+                                                   const struct haptable_contact* contact, const float finger_m[3],
+                                                   struct haptable_pair_own* own) {
     own_of(model, &consistent_form, contact, finger_m, own);
 }
 
-static void own_mask(const struct haptable_model* model, const struct haptable_contact* contact,
-                     const float finger_m[3], struct haptable_pair_own* own) {
+void HAPTABLE_STORED(haptable_pair_own_pressure_mask)(const struct haptable_model* model,
+                                                      const struct haptable_contact* contact, const float finger_m[3],
+                                                      struct haptable_pair_own* own) {
     own_of(model, &mask_form, contact, finger_m, own);
 }
 
-const struct haptable_pair_bend HAPTABLE_STORED(haptable_pair_bend_consistent) = {open_consistent,
-                                                                                  haptable_pair_slope_consistent};
-const struct haptable_pair_bend HAPTABLE_STORED(haptable_pair_bend_pressure_mask) = {open_mask,
-                                                                                     haptable_pair_slope_mask};
-const struct haptable_pair_law HAPTABLE_STORED(haptable_pair_consistent) = {3, 0, own_consistent,
-                                                                            haptable_pair_load_of_compliance};
-const struct haptable_pair_law HAPTABLE_STORED(haptable_pair_pressure_mask) = {HAPTABLE_PAIR_CONTROLS, 0, own_mask,
-                                                                               haptable_pair_load_of_compliance};
+const struct haptable_pair_bend HAPTABLE_STORED(haptable_pair_bend_consistent) = {
+    HAPTABLE_STORED(haptable_pair_open_consistent), haptable_pair_slope_consistent};
+const struct haptable_pair_bend HAPTABLE_STORED(haptable_pair_bend_pressure_mask) = {
+    HAPTABLE_STORED(haptable_pair_open_pressure_mask), haptable_pair_slope_mask};
+const struct haptable_pair_law HAPTABLE_STORED(haptable_pair_consistent) = {
+    3, 0, HAPTABLE_STORED(haptable_pair_own_consistent), haptable_pair_load_of_compliance, 0};
+const struct haptable_pair_law HAPTABLE_STORED(haptable_pair_pressure_mask) = {
+    HAPTABLE_PAIR_CONTROLS, 0, HAPTABLE_STORED(haptable_pair_own_pressure_mask), haptable_pair_load_of_compliance, 0};
 
 #undef HAPTABLE_STORED
 #undef HAPTABLE_GATHER

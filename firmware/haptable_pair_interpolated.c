@@ -8,6 +8,7 @@
  * is not below the mean's square).
  */
 #include "haptable_block.h"
+#include "haptable_pair_laws.h"
 #include "haptable_polynomial.h"
 
 /* S of a corner, read where it stands or expanded into `room`. */
@@ -26,16 +27,16 @@ static void stiffness_at(const struct haptable_model* model, const struct haptab
               corner_block(model, v[2], room[2]), s);
 }
 
-static void own_at(const struct haptable_model* model, const struct haptable_contact* contact, const float finger_m[3],
-                   struct haptable_pair_own* own) {
+void haptable_pair_own_interpolated(const struct haptable_model* model, const struct haptable_contact* contact,
+                                    const float finger_m[3], struct haptable_pair_own* own) {
     float u[3];
     vec_sub(finger_m, contact->god_object_m, u);
     stiffness_at(model, contact, own->a);
     vec_symmetric_product(own->a, u, own->s);
 }
 
-static void put_load(const struct haptable_model* model, const struct haptable_contact* contact, const float v[3],
-                     float nodal_force_n[3][3], float force_n[3]) {
+void haptable_pair_load_interpolated(const struct haptable_model* model, const struct haptable_contact* contact,
+                                     const float v[3], float nodal_force_n[3][3], float force_n[3]) {
     const float by[3] = {v[0], v[1], v[2]}; /* apart from what is written */
     float sum[3] = {0.0f, 0.0f, 0.0f};
     for (int corner = 0; corner < 3; ++corner) {
@@ -51,11 +52,12 @@ static void put_load(const struct haptable_model* model, const struct haptable_c
     vec_copy(sum, force_n);
 }
 
-const struct haptable_pair_law haptable_pair_interpolated = {3, 1, own_at, put_load};
+const struct haptable_pair_law haptable_pair_interpolated = {3, 1, haptable_pair_own_interpolated,
+                                                             haptable_pair_load_interpolated, 0};
 
 /* sum alpha_a S_a with its three S_a */
-static void open_at(const struct haptable_model* model, const struct haptable_contact* contact, const float finger_m[3],
-                    struct haptable_pair_point* point) {
+void haptable_pair_open_interpolated(const struct haptable_model* model, const struct haptable_contact* contact,
+                                     const float finger_m[3], struct haptable_pair_point* point) {
     const uint16_t* v = model->patch[contact->patch];
     const float** s = point->net.block;
     s[0] = corner_block(model, v[0], point->net.room[0]);
@@ -69,9 +71,9 @@ static void open_at(const struct haptable_model* model, const struct haptable_co
 }
 
 /* s_b = S_b u - S e_b, s_bc = -S_b e_c - S_c e_b */
-static void slope_at(const struct haptable_model* model, const struct haptable_contact* contact,
-                     struct haptable_pair_point* point, const float v[3], int is_whole,
-                     struct haptable_pair_slope* slope) {
+void haptable_pair_slope_interpolated(const struct haptable_model* model, const struct haptable_contact* contact,
+                                      struct haptable_pair_point* point, const float v[3], int is_whole,
+                                      struct haptable_pair_slope* slope) {
     const float* zero = point->net.block[0];
     float(*e)[3] = point->e;
     float by[3]; /* apart from what is written */
@@ -100,4 +102,5 @@ static void slope_at(const struct haptable_model* model, const struct haptable_c
     slope->second_j[2] = -2.0f * vec_dot(slope->a_v[1], e[1]);
 }
 
-const struct haptable_pair_bend haptable_pair_bend_interpolated = {open_at, slope_at};
+const struct haptable_pair_bend haptable_pair_bend_interpolated = {haptable_pair_open_interpolated,
+                                                                   haptable_pair_slope_interpolated};

@@ -114,6 +114,7 @@ static void moved_by_other(const struct haptable_pair_model* tables, const struc
         vec_symmetric_product(pair->view[1 - finger].m, pressed, moved_m);
     else
         vec_copy(pressed, moved_m);
+    if (tables->law->stiffening) tables->law->stiffening->straighten(tables->model, both->own[finger].a, moved_m);
 }
 
 /* Sets raised_m to where the surface was moved, but along the outward normal to `along`, of the normal's length. */
@@ -245,6 +246,7 @@ void haptable_pair_init(const struct haptable_pair_model* tables, struct haptabl
         view->model.force = haptable_pair_force;
         view->model.energy = tables->energy;
         if (view->model.passivity) view->model.passivity = brake;
+        if (tables->law->stiffening) tables->law->stiffening->see(&view->model);
         view->tables = tables;
         view->is_coupled = view->is_solved = 0;
         view->brake_n_per_m = 0.0f;

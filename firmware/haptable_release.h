@@ -17,22 +17,22 @@
 
 /* The square of the stiffness that the contact shows, |F| / |u|; where the body relaxes, that at once, u . S u / |u|^2;
  * where it stiffens, that of the next motion. before: contact. */
-static float shown_stiffness2(const struct haptable_model* model, struct haptable_servo* servo,
-                              haptable_stiffen_fn* stiffen, const float force_n[3]) {
+static float shown_stiffness2(const struct haptable_model* model, struct haptable_servo* servo, int stiffens,
+                              const float force_n[3]) {
     const float most2 = model->stiffness_limit_n_per_m * model->stiffness_limit_n_per_m;
     float u[3];
     vec_sub(servo->finger_m, servo->contact.god_object_m, u);
     const float u2 = vec_length2(u);
     float force2 = vec_length2(force_n);
     if (!(u2 > 0.0f)) return 0.0f; /* the finger is on the surface: the force has ended */
-    if (stiffen ? model->term_count > 0 : model->relax != 0) {
+    if (stiffens ? model->term_count > 0 : model->relax != 0) {
         const float dent = haptable_relaxed_of(model, servo)->dent;
         const float twice_j = dent * dent;
         force2 = twice_j * (twice_j / u2);
     }
-    if (stiffen) {
+    if (stiffens) {
         struct haptable_stiffened more;
-        const float factor = stiffen(model, servo, &more);
+        const float factor = model->stiffen(model, servo, &more);
         const float by = model->term_count > 0 ? more.tangent / factor : more.tangent; /* dent has the factor twice */
         force2 *= by * by;
     }
@@ -40,12 +40,12 @@ static float shown_stiffness2(const struct haptable_model* model, struct haptabl
 }
 
 /* 1 where the force changed by more than the finger's motion explains; without contact, where it has ended. */
-static int has_jumped(const struct haptable_model* model, struct haptable_servo* servo, haptable_stiffen_fn* stiffen,
+static int has_jumped(const struct haptable_model* model, struct haptable_servo* servo, int stiffens,
                       const float force_n[3], const float change_n[3], const float motion_m[3]) {
     const float change2 = vec_length2(change_n);
     if (servo->contact.patch == HAPTABLE_NONE) return change2 > 0.0f;
     if (change2 <= model->release_n * model->release_n) return 0; /* most ticks */
-    return change2 > JUMP * JUMP * shown_stiffness2(model, servo, stiffen, force_n) * vec_length2(motion_m) +
+    return change2 > JUMP * JUMP * shown_stiffness2(model, servo, stiffens, force_n) * vec_length2(motion_m) +
                          model->release_n * model->release_n;
 }
 
@@ -79,14 +79,14 @@ static void release_hold_back(float contact_j, float most_j, const float motion_
 
 /* What may be owed more, J, at a contact that stores E: what the finger would pay, but no more than E in all, for what
  * it pays is known to first order only. Nothing at a first contact: its force comes at once. */
-static float most_owed(const struct haptable_model* model, const struct haptable_servo* servo,
-                       haptable_stiffen_fn* stiffen, int is_first, const float force_n[3], float contact_j) {
+static float most_owed(const struct haptable_model* model, const struct haptable_servo* servo, int stiffens,
+                       int is_first, const float force_n[3], float contact_j) {
     float u[3];
     vec_sub(servo->finger_m, servo->contact.god_object_m, u);
     float stored_j = -0.5f * vec_dot(force_n, u);
-    if (stiffen && servo->contact.patch != HAPTABLE_NONE) {
+    if (stiffens && servo->contact.patch != HAPTABLE_NONE) {
         struct haptable_stiffened more;
-        (void)stiffen(model, servo, &more);
+        (void)model->stiffen(model, servo, &more);
         stored_j *= more.stored;
     }
     const float left_j = stored_j - servo->owed_j;
@@ -94,8 +94,8 @@ static float most_owed(const struct haptable_model* model, const struct haptable
     return -contact_j < left_j ? -contact_j : left_j;
 }
 
-/* haptable_release_slew; stiffen: of a body whose dents stiffen, else NULL. */
-static void release_slew(const struct haptable_model* model, struct haptable_servo* servo, haptable_stiffen_fn* stiffen,
+/* haptable_release_slew; stiffens: 1 of a body whose dents do, else 0. */
+static void release_slew(const struct haptable_model* model, struct haptable_servo* servo, int stiffens,
                          const float motion_m[3], float force_n[3]) {
     const int is_free = servo->contact.patch == HAPTABLE_NONE;
     float change[3];
@@ -111,17 +111,17 @@ static void release_slew(const struct haptable_model* model, struct haptable_ser
     vec_sub(servo->felt_n, force_n, change);
     vec_copy(force_n, servo->felt_n);
     vec_copy(force_n, held);
-    if (has_jumped(model, servo, stiffen, force_n, change, motion_m)) {
+    if (has_jumped(model, servo, stiffens, force_n, change, motion_m)) {
         ++servo->counters.jumps;
         vec_add_scaled(1.0f, change, servo->released_n);
-        most_j = is_free ? 0.0f : most_owed(model, servo, stiffen, is_first, force_n, vec_dot(force_n, motion_m));
+        most_j = is_free ? 0.0f : most_owed(model, servo, stiffens, is_first, force_n, vec_dot(force_n, motion_m));
         vec_add_scaled(1.0f, change, held);
         contact_j = vec_dot(held, motion_m);
     } else {
         if (!(vec_length2(servo->released_n) > 0.0f || servo->owed_j > 0.0f)) return; /* most ticks */
         vec_add_scaled(0.5f, change, held);
         contact_j = vec_dot(held, motion_m);
-        most_j = most_owed(model, servo, stiffen, is_first, force_n, contact_j);
+        most_j = most_owed(model, servo, stiffens, is_first, force_n, contact_j);
     }
     release_shorten(model->release_n, servo->released_n);
     release_hold_back(contact_j, most_j, motion_m, servo);

@@ -6,5 +6,5 @@
 
 void haptable_release_slew_stiffening(const struct haptable_model* model, struct haptable_servo* servo,
                                       const float motion_m[3], float force_n[3]) {
-    release_slew(model, servo, model->stiffen, motion_m, force_n);
+    release_slew(model, servo, 1, motion_m, force_n);
 }

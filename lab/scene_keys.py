@@ -177,8 +177,8 @@ def _condition(keys: Keys, text: str, inside: str) -> Json:
             wanted = value == "true" or (int(value) if value.isdecimal() else value)
             default = keys.defaults.get(section, {}).get(name)
             is_number = isinstance(default, (int, float)) and not isinstance(default, bool)
-            holds_without = is_number and default > 0 if sign == ">" else default == wanted
-            table["properties"] = {name: {"type": "number", "exclusiveMinimum": 0} if sign == ">" else {"const": wanted}}
+            holds_without = is_number and default > wanted if sign == ">" else default == wanted
+            table["properties"] = {name: {"type": "number", "exclusiveMinimum": wanted} if sign == ">" else {"const": wanted}}
         if not holds_without:
             table["required"] = [name]
     if section == inside:

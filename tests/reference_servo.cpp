@@ -52,6 +52,7 @@ namespace haptable::test::reference {
 #define haptable_freed_of reference_freed_of
 #define haptable_stiffening reference_stiffening
 #define haptable_stiffened_of reference_stiffened_of
+#define haptable_pair_relaxation_stiffening reference_pair_relaxation_stiffening
 #define haptable_release_slew_stiffening reference_release_slew_stiffening
 #define haptable_relaxation_stiffening reference_relaxation_stiffening
 #define haptable_relaxation_held_stiffening reference_relaxation_held_stiffening
@@ -154,6 +155,7 @@ static inline double vec_inverse_root_by(double x, int) { return x > 0.0 ? 1.0 /
 #undef haptable_freed_of
 #undef haptable_stiffening
 #undef haptable_stiffened_of
+#undef haptable_pair_relaxation_stiffening
 #undef haptable_release_slew_stiffening
 #undef haptable_relaxation_stiffening
 #undef haptable_relaxation_held_stiffening

@@ -199,6 +199,8 @@ public:
     double rounding_m() const { return rounding_m_; }
     const SurfacePoint& at() const { return now_.at; }
     double energy_j() const { return now_.energy_j(); }
+    /// Of the dent, beside a linear one's.
+    double largest_tangent() const { return now_.curve.largest_tangent(now_.linear_j()); }
     std::size_t limits() const {
         return std::size_t{now_.counters.walk_limits} + now_.counters.slide_limits + now_.counters.box_limits;
     }
@@ -403,7 +405,7 @@ private:
         double most = 0.0;
         for (const Solid::Entry& entry : entries)
             most = std::max(most, 0.5 * (now_.x - entry.point_m).dot(spring_at(entry) * (now_.x - entry.point_m)));
-        return most;
+        return touched_.law.curve().stored(most);
     }
 
     Matrix3d spring_at(const Solid::Entry& entry) const {
@@ -752,7 +754,8 @@ private:
             touched_.pair != nullptr ? static_cast<double>(scene_.pair()->energy_j) : finger_[0]->energy_j();
         Matrix6d together = Matrix6d::Zero();
         if (finger_.size() == 2 && finger_[0]->touches() && finger_[1]->touches())
-            together = touched_.law.stiffness_of_two(*touched_.pair, {finger_[0]->at(), finger_[1]->at()});
+            together = std::max(finger_[0]->largest_tangent(), finger_[1]->largest_tangent()) *
+                       touched_.law.stiffness_of_two(*touched_.pair, {finger_[0]->at(), finger_[1]->at()});
         ledger_.note(felt.data(), finger_.size(), modes_j(scene_), tick_.before, tick_.after, together);
         verdict_.most_stored_j = std::max(verdict_.most_stored_j, contacts_j + ledger_.largest_j());
         verdict_.most_given_j = ledger_.risen_j();

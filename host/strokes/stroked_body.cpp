@@ -71,7 +71,7 @@ Scene in_mode(Scene scene, const TouchMode& mode) {
     if (mode.is_coupled()) scene.tables.coupling_bytes = kMostCoupling;
     scene.free_body.reset();
     scene.body_modes.reset();
-    if (mode.is_coupled() || mode.body.rings) scene.material.stiffening.reset();  // docs/MATERIALS.md: refused
+    if (mode.body.rings) scene.material.stiffening.reset();  // docs/MATERIALS.md: refused
     if (mode.body.motion > 0) {
         scene.options = options_of(scene);
         scene.options.set(kRigid[mode.body.motion - 1].key, true);
@@ -167,6 +167,8 @@ StrokedModel::StrokedModel(const StrokedBody& body, const ContactOptions& contac
     tables.force = whole.force;
     tables.model_hash = whole.model_hash;
     tables.max_force_n = whole.max_force_n;
+    if (tools.empty()) tables.stiffening = whole.stiffening;  // docs/MATERIALS.md: refused
+    tables.fingers = contact.fingers;
     tables.god_object = contact.god_object;
     tables.static_friction = contact.static_friction;
     tables.kinetic_friction = contact.kinetic_friction;

@@ -37,15 +37,18 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 /// A body for two, with what its servo holds.
 class Pair {
 public:
-    Pair(const ElasticBody& body, GodObject god_object, double friction = 0.0, bool passivity = false)
-        : body_(body), tables_(body.tables()), pair_(build_pair(body.pair(), tables_, body.servo())) {
+    Pair(const ElasticBody& body, GodObject god_object, double friction = 0.0, bool passivity = false,
+         const StiffeningCurve& curve = {})
+        : body_(body), tables_(body.tables()), servo_(body.servo()), pair_(build_pair(body.pair(), tables_, servo_)) {
+        tables_.stiffening = curve;
+        if (curve.energy_j > 0.0) servo_.stiffening = stiffening_table(curve);
         tables_.god_object = god_object;
         tables_.static_friction = tables_.kinetic_friction = friction;
         tables_.options.set("contact.release_slew", 0.0);
         tables_.options.set("contact.passivity", passivity);
         tables_.max_force_n = 1e6;
         tables_.limits = {};
-        model_ = model_in_memory(tables_, body.servo());
+        model_ = model_in_memory(tables_, servo_);
         pair_model_ = pair_in_memory(pair_, tables_, model_);
         begin();
     }
@@ -87,6 +90,7 @@ public:
 private:
     const ElasticBody& body_;
     Tables tables_;
+    ServoModel servo_;
     ServoPair pair_;
     haptable_model model_{};
     haptable_pair_model pair_model_{};
@@ -293,11 +297,15 @@ TEST(Pair, TwoNeighbouringNodesAreThePapersThreeNByThreeN) {
     EXPECT_GT(stiffer, 0.2);  // what equation 7 alone makes of them
 }
 
-TEST(Pair, OneFingerIsTheServo) {
+/// Of some 2 mm of a dent 2.5 times as stiff, with a tangent of 6.
+constexpr StiffeningCurve kStiff{{0.5, -0.5, 1.5}, 5e-5};
+
+void expect_the_servo_of_one(const StiffeningCurve& curve) {
     const ElasticBody body(for_two(cube_scene(5, 0.3)), ForceLaw::kConsistent);
-    Pair pair(body, GodObject::kLeastEnergy);
+    Pair pair(body, GodObject::kLeastEnergy, 0.0, false, curve);
     haptable_servo servo;
     haptable_servo_init(&servo);
+    const double steepest = curve.largest_tangent(1.0);
     const haptable_model& model = *pair.model().model;
     for (int tick = 0; tick < 400; ++tick) {
         const float x[3] = {0.012F + 1e-5F * float(tick), 0.014F, 0.031F - 1e-5F * float(tick)};
@@ -310,7 +318,71 @@ TEST(Pair, OneFingerIsTheServo) {
         // own rounding over the depth.
         const double depth_m = std::max(1e-7, pair.u(0).norm()), first_order = 6.25e-6;
         EXPECT_WITHIN((to_vector(out.force_n) - pair.force(0)).norm(), .count = 16,
-                      .epsilon = first_order + kFloat * body.size() / depth_m, .size = to_vector(out.force_n).norm());
+                      .epsilon = steepest * (first_order + kFloat * body.size() / depth_m),
+                      .size = to_vector(out.force_n).norm());
+    }
+}
+
+TEST(Pair, OneFingerIsTheServo) {
+    expect_the_servo_of_one({});
+    expect_the_servo_of_one(kStiff);
+}
+
+/// Presses both, 1.4 mm and 2 mm deep, at places that friction holds; then moves each.
+void press_both(Pair& pair, const Vector3d& way, const Vector3d& beside = Vector3d::Zero()) {
+    pair.begin();
+    const Vector3d x(0.0091, 0.0112, 0.0301), y(0.0212, 0.0193, 0.0301);
+    for (int i = 0; i <= 150; ++i) {
+        const double down = 1e-5 * std::min(i, 100), aside = std::max(0, i - 100) / 50.0;
+        pair.to(x - 1.5 * down * Vector3d::UnitZ() + aside * way, y - 2.1 * down * Vector3d::UnitZ() + aside * beside);
+    }
+}
+
+// F = -dE/dx of fingers whose god-objects stay, E of both; and alike which of them is the first.
+TEST(Pair, ForcesOfDentsThatStiffenAreTheSlopeOfOneEnergy) {
+    for (const ForceLaw force : kForces)
+        for (const GodObject god_object : every<GodObject>()) {
+            SCOPED_TRACE(std::string(word(force)) + " " + word(god_object));
+            const ElasticBody body(for_two(cube_scene(5, 0.3)), force, 0.01);
+            Pair pair(body, god_object, 50.0, false, kStiff), linear(body, god_object, 50.0);
+            const Vector3d way(4e-4, -2e-4, 0.0);
+            press_both(linear, way);
+            press_both(pair, way);
+            const Vector3d felt[2] = {pair.force(0), pair.force(1)};
+            EXPECT_GT(felt[0].norm(), 1.1 * linear.force(0).norm());
+            EXPECT_GT(felt[1].norm(), 1.3 * linear.force(1).norm());
+            const double size = felt[0].norm() + felt[1].norm(), h = 1e-4;
+            for (int f = 0; f < 2; ++f)
+                for (int c = 0; c < 3; ++c) {
+                    const auto stored = [&](double step) {
+                        press_both(pair, way + (f == 0 ? step : 0.0) * Vector3d::Unit(c),
+                                   (f == 1 ? step : 0.0) * Vector3d::Unit(c));
+                        return pair.energy();
+                    };
+                    const auto slope = [&](double step) { return (stored(step) - stored(-step)) / (2.0 * step); };
+                    // Differences over h and half of it; the energy's own roundings over h.
+                    EXPECT_WITHIN(std::abs((4.0 * slope(h / 2) - slope(h)) / 3.0 + felt[f][c]), .epsilon = 3e-3,
+                                  .size = size)
+                        << f << " " << c;
+                }
+        }
+}
+
+// The fingers change places, and what the body remembers of them.
+TEST(Pair, FingersOfDentsThatStiffenMayChangePlaces) {
+    const ElasticBody body(for_two(cube_scene(5, 0.3)), ForceLaw::kPressureMask, 0.01);
+    for (const GodObject god_object : every<GodObject>()) {
+        Pair one(body, god_object, 0.0, false, kStiff), two(body, god_object, 0.0, false, kStiff);
+        for (int i = 0; i < 300; ++i) {
+            const Vector3d x(0.0131 + 1e-5 * i, 0.0142, 0.0301 - 1e-5 * std::min(i, 200)),
+                y(0.0212, 0.0163 - 1e-5 * i, 0.0301 - 1.5e-5 * std::min(i, 150));
+            one.to(x, y);
+            two.to(y, x);
+            const double size = one.force(0).norm() + one.force(1).norm();
+            // Where both rest within a tick's correction of each other.
+            for (int f = 0; f < 2; ++f)
+                EXPECT_WITHIN((one.force(f) - two.force(1 - f)).norm(), .epsilon = 3e-3, .size = size) << i;
+        }
     }
 }
 
@@ -339,10 +411,17 @@ haptable_pair_view told_of(const Pair& pair, const ElasticBody& body, int patch,
     return view;
 }
 
+std::vector<std::pair<ForceLaw, StiffeningCurve>> with_and_without_stiffening() {
+    std::vector<std::pair<ForceLaw, StiffeningCurve>> all;
+    for (const ForceLaw force : kForces)
+        for (const StiffeningCurve& curve : {StiffeningCurve{}, kStiff}) all.emplace_back(force, curve);
+    return all;
+}
+
 TEST(Pair, SlopeAndCurvatureAreTheEnergysDerivatives) {
-    for (const ForceLaw force : kForces) {
+    for (const auto& [force, curve] : with_and_without_stiffening()) {
         const ElasticBody body(for_two(cube_scene(5, 0.3)), force, 0.01);
-        Pair pair(body, GodObject::kLeastEnergy);
+        Pair pair(body, GodObject::kLeastEnergy, 0.0, false, curve);
         std::mt19937 random(3);
         std::uniform_int_distribution<int> any(0, body.patches() - 1);
         double worst_slope = 0.0, worst_bend = 0.0;
@@ -418,8 +497,9 @@ struct PairLoops {
 };
 
 /// Each finger on an ellipse of its own in a plane at a depth, after it came in along the normal.
-PairLoops run_loops(const ElasticBody& body, int loops, double deep_m, double wide_m, int ticks) {
-    Pair pair(body, GodObject::kLeastEnergy);
+PairLoops run_loops(const ElasticBody& body, int loops, double deep_m, double wide_m, int ticks,
+                    const StiffeningCurve& curve = {}) {
+    Pair pair(body, GodObject::kLeastEnergy, 0.0, false, curve);
     std::mt19937 random(11);
     std::uniform_real_distribution<double> uniform(0.0, 1.0);
     PairLoops result;
@@ -479,8 +559,8 @@ PairLoops run_loops(const ElasticBody& body, int loops, double deep_m, double wi
 TEST(Pair, ClosedLoopsOfBothGiveNoEnergy) {
     for (const ForceLaw force : kForces) {
         const ElasticBody body(for_two(cube_scene(5, 0.3)), force, 0.01);
-        const PairLoops loops = run_loops(body, 12, 0.003, 0.004, 12800);
-        EXPECT_LT(loops.worst, 1e-3) << force;
+        EXPECT_LT(run_loops(body, 12, 0.003, 0.004, 12800).worst, 1e-3) << force;
+        EXPECT_LT(run_loops(body, 12, 0.003, 0.004, 12800, kStiff).worst, 1e-3) << force << " stiffens";
     }
 }
 
@@ -490,6 +570,9 @@ TEST(Pair, ClosedLoopsOfBothGiveNoEnergyAtAHandsSpeed) {
         const ElasticBody body(for_two(cube_scene(5, 0.3)), force, 0.01);
         const PairLoops loops = run_loops(body, 24, 0.003, 0.004, 500);
         EXPECT_LT(loops.worst, 1e-3) << force;
+        const PairLoops stiff = run_loops(body, 24, 0.003, 0.004, 500, kStiff);
+        EXPECT_LT(stiff.worst, 1e-3) << force << " stiffens";
+        EXPECT_GT(stiff.followed, loops.followed / 2) << force;
         EXPECT_GT(loops.reused, loops.followed / 2) << force;
         EXPECT_LE(loops.most, HAPTABLE_PAIR_REUSED) << force;
     }

@@ -154,12 +154,12 @@ private:
 INSTANTIATE_TEST_SUITE_P(Tables, Combination, testing::ValuesIn(every_table()),
                          [](const auto& of) { return test_name(name_of(of.param)); });
 
-/// docs/MATERIALS.md: one finger, and no modes.
+/// docs/MATERIALS.md: no modes.
 class StiffCombination : public Combination {};
 
 std::vector<Made> tables_that_stiffen() {
     std::vector<Made> tables = every_table();
-    std::erase_if(tables, [](const Made& made) { return made.rings || made.fingers == 2; });
+    std::erase_if(tables, [](const Made& made) { return made.rings; });
     return tables;
 }
 
@@ -176,7 +176,9 @@ TEST_P(StiffCombination, StiffensAsItsEnergyDoes) {
                            felt = feel({precision, god_object, relaxes, true});
                 EXPECT_TRUE(felt.is_finite);
                 EXPECT_EQ(felt.left_n, 0.0);
-                EXPECT_GT(felt.pressed_n[0], 1.2 * linear.pressed_n[0]);
+                if (!GetParam().is_free || GetParam().fingers == 1) {  // two turn a free body aside
+                    EXPECT_GT(felt.pressed_n[0], 1.2 * linear.pressed_n[0]);
+                }
                 if (god_object == GodObject::kLeastEnergy || relaxes) {
                     EXPECT_LE(felt.given_j, 2e-3 * felt.stored_j) << "a cycle gives no energy";
                 }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <random>
 
 #include "codegen/laws.hpp"
@@ -132,6 +133,124 @@ TEST_P(LeastStiffening, ClosedLoopsGiveNoEnergy) {
             }
         EXPECT_GT(most, 0.25 * kCurve.energy_j) << "deep enough to stiffen";
         EXPECT_LE(given, 1e-3 * most);
+    }
+}
+
+/// What a scene may name beside dents that stiffen.
+struct Law {
+    const char* name;
+    void (*ask)(Tables&);
+};
+constexpr Law kLaws[] = {
+    {"friction", [](Tables& t) { t.static_friction = t.kinetic_friction = 0.4; }},
+    {"release", [](Tables& t) { t.options.set("contact.release_slew", 0.01); }},
+    {"passivity", [](Tables& t) { t.options.set("contact.passivity", true); }},
+    {"relaxation",
+     [](Tables& t) {
+         t.relaxation = {{0.5, 0.1}};
+     }},
+    {"grab", [](Tables& t) { t.limits.grab = true; }},
+    {"rate", [](Tables& t) { t.limits.max_force_rate_n_per_s = 20.0; }},
+    {"mean", [](Tables& t) { t.limits = {.mean_force_n = 0.2, .mean_force_time_s = 1.0}; }},
+    {"friction, release, relaxation, rate",
+     [](Tables& t) {
+         t.static_friction = t.kinetic_friction = 0.4;
+         t.options.set("contact.release_slew", 0.01);
+         t.relaxation = {{0.5, 0.1}};
+         t.limits.max_force_rate_n_per_s = 20.0;
+     }},
+};
+
+/// A model that stiffens and has a law, as codegen makes it.
+class WithLaw {
+public:
+    WithLaw(const haptable_model& linear, ForceLaw force, const Law& law, double max_force_n) : model_(linear) {
+        tables_.force = force;
+        tables_.god_object = GodObject::kLeastEnergy;
+        tables_.stiffening = kCurve;
+        tables_.max_force_n = max_force_n;
+        law.ask(tables_);
+        set_laws(tables_, model_);
+        model_.max_force_n = static_cast<float>(max_force_n);
+        model_.stiffening = table_.data();
+        for (const RelaxationTerm& term : tables_.relaxation) {
+            const TickRelaxation tick = relaxation_of_tick(term);
+            term_ = {float(term.share), float(tick.fall), float(tick.rise)};
+            model_.term = reinterpret_cast<const float(*)[3]>(term_.data());
+            model_.term_count = 1;
+            model_.relaxation_reach_m = 0.005F;
+        }
+        haptable_lay_out(&model_);
+    }
+    WithLaw(const WithLaw&) = delete;
+    WithLaw& operator=(const WithLaw&) = delete;
+    const haptable_model& model() const { return model_; }
+
+private:
+    Tables tables_;
+    std::vector<float> table_ = stiffening_table(kCurve);
+    std::array<float, 3> term_{};
+    haptable_model model_;
+};
+
+// Presses, goes around on the surface and comes back, in 5,000 ticks; by the mean of a motion's forces.
+TEST_P(LeastStiffening, WithAnyLawClosedLoopsGiveNoEnergy) {
+    for (const Law& law : kLaws) {
+        if (law.name == std::string("mean")) continue;  // a clamp, which needs a force of a motor's size
+        const WithLaw body(linear_, std::get<0>(GetParam()), law, 1e3);
+        Finger finger(body.model());
+        std::mt19937 random(13);
+        std::uniform_real_distribution<double> side(0.008, 0.022), depth(0.001, 0.003);
+        for (int loop = 0; loop < 3; ++loop) {
+            const Vector3d above(0.015, 0.015, kTop_m + 1e-4);
+            std::vector<Vector3d> corner{above, {0.015, 0.015, kTop_m - 0.002}};
+            for (int k = 0; k < 2; ++k) corner.push_back({side(random), side(random), kTop_m - depth(random)});
+            corner.push_back(above);
+            finger.begin();
+            finger.to(above);
+            double given = 0.0, most = 0.0;
+            Vector3d last = finger.force(), at = finger.at();
+            for (std::size_t k = 1; k < corner.size(); ++k)
+                for (int step = 1; step <= 1250; ++step) {
+                    finger.to(corner[k - 1] + step / 1250.0 * (corner[k] - corner[k - 1]));
+                    ASSERT_TRUE(finger.force().allFinite()) << law.name;
+                    given += 0.5 * (finger.force() + last).dot(finger.at() - at);
+                    last = finger.force();
+                    at = finger.at();
+                    most = std::max(most, -given);
+                }
+            EXPECT_GT(most, 0.0) << law.name;
+            EXPECT_LE(given, 1e-3 * most) << law.name;
+        }
+    }
+}
+
+// Of the force, of its rise in a tick where that is limited, and of its mean.
+TEST_P(LeastStiffening, WithAnyLawClampsHold) {
+    constexpr double kMost_n = 0.3;
+    for (const Law& law : kLaws) {
+        const WithLaw body(linear_, std::get<0>(GetParam()), law, kMost_n);
+        const haptable_model& model = body.model();
+        Finger finger(model);
+        Wander way(17);
+        Vector3d last = Vector3d::Zero();
+        double mean2 = 0.0, largest = 0.0;
+        for (int tick = 0; tick < 6000; ++tick) {
+            finger.to(way.next());
+            const Vector3d force = finger.force();
+            ASSERT_TRUE(force.allFinite()) << law.name << " " << tick;
+            ASSERT_LE(force.norm(), kMost_n * (1.0 + 8.0 * kFloat)) << law.name << " " << tick;
+            if (model.rate != nullptr) {
+                ASSERT_LE(force.norm(), last.norm() + double(model.rate_n) * (1.0 + 1e-5)) << law.name << " " << tick;
+            }
+            mean2 += 1e-3 * (force.squaredNorm() - mean2);
+            if (model.mean != nullptr) {
+                ASSERT_LE(mean2, 1.01 * double(model.mean_limit_n2)) << law.name << " " << tick;
+            }
+            largest = std::max(largest, force.norm());
+            last = force;
+        }
+        EXPECT_GT(largest, 0.5 * kMost_n) << law.name;
     }
 }
 

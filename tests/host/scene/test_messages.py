@@ -80,7 +80,6 @@ WRONG = [
      "7: material.stiffening.fung: is 0, a body that does not stiffen: remove stiffening", BEYOND),
     *(("material", "young = 1000\npoisson = 0.3\nstiffening = { fung = 2 }\n" + more,
        "7: material.stiffening: is of " + why) for more, why in (
-          ("[contact]\nfingers = 2", "the dent of one finger: remove it, or the second finger"),
           ("[tool]\npoints = [[0, 0, 0], [0, 0, 1]]\n[contact]\nforce = \"consistent\"",
            "the dent of one finger: remove it, or [tool]"),
           ("[body]\nmodes = 2\ndensity = 1e3",

@@ -78,6 +78,30 @@ TEST(Strokes, OfAToolKeepWhatIsPromised) {
     expect_promises_kept({"meshes", "meshes/hard"}, {"cube-consistent", "torus"}, modes_of(Hands::kTool), 60);
 }
 
+/// A scene of these whose dents stiffen to 2.5 times, written beside its mesh.
+fs::path stiffened(const fs::path& scene, const fs::path& folder) {
+    for (const char* part : {".node", ".ele"})
+        if (const fs::path mesh = fs::path(scene).replace_extension(part); fs::exists(mesh))
+            fs::copy_file(mesh, folder / mesh.filename());
+    std::string text = read_file(scene);
+    text.insert(text.find("poisson"), "stiffening = { curve = [0.5, -0.5, 1.5], energy = 5.0e-5 }\n");
+    write_file(folder / scene.filename(), text);
+    return folder / scene.filename();
+}
+
+TEST(Strokes, OnDentsThatStiffenKeepWhatIsPromised) {
+    const TemporaryFolder folder;
+    std::vector<TouchMode> modes = all_modes();
+    std::erase_if(modes, [](const TouchMode& mode) { return mode.body.rings; });  // docs/MATERIALS.md: refused
+    const std::vector<fs::path> scenes{stiffened("meshes/cube-consistent.toml", folder.path()),
+                                       stiffened("meshes/hard/needle.toml", folder.path())};
+    expect_promises_kept(scenes, {"cube-consistent", "needle"}, modes, 20);
+    Progress quiet(true);
+    const Scene scene = read_scene(scenes[0]);
+    const StrokedBody body(scene, folder.path() / "tables", quiet);
+    EXPECT_NE(StrokedModel(body, scene.contact).touched().model.stiffen, nullptr) << "that is what was stroked";
+}
+
 // Of pair 258 of least energy both settle where nobody looks.
 TEST(Strokes, OfTwoAreNeitherLostNorThrough) {
     std::vector<TouchMode> modes;
