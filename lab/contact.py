@@ -38,6 +38,13 @@ class Bodies:
         return self._made(f"{scene['name']}-{force}{radius}",
                           json.dumps({**scene, "contact": {"force": force, **mask}}))
 
+    def with_tool(self, scene: Scene, mask_radius: float) -> Path:
+        """Of a disc of 12 points, under masks; any two places of the cube are coupled by a block."""
+        return self._made(f"{scene['name']}-disc", json.dumps(
+            {**scene, "contact": {"force": "pressure-mask", "mask_radius": mask_radius},
+             "tables": {**scene.get("tables", {}), "coupling_bytes": 8_000_000},
+             "tool": {"shape": "disc", "radius": 0.006, "points": 12}}))
+
     @functools.lru_cache(None)  # noqa: B019  as long as the laboratory runs
     def _made(self, name: str, scene: str) -> Path:
         folder = self.build / "contact" / name

@@ -123,14 +123,32 @@ def beside_tables(cube: dict[str, Any], mouse_: dict[str, Any]) -> dict[str, Any
             for peer in names if f"{peer} friction" in names and peer not in modes}
 
 
+def tool_tables(cube: dict[str, Any], mouse_: dict[str, Any]) -> dict[str, Any]:
+    """What a tick of a tool takes, and what as many proxies of each peer take on the same path. Each: of
+    haptable-contact, of one body."""
+    bodies = (cube["tool"], mouse_["tool"])
+
+    def row(what: str, name: str) -> Cells:
+        return [what, *(seconds(s) for body in bodies
+                        for s in times_of(body["ticks"][name], times_of(body["ticks"]["clock"], 0.0)[1]))]
+    count = bodies[0]["points"]
+    said = {"nearest": f"{count} points, nearest", "least-energy": f"{count} points, least energy"}
+    rows = [row(said.get(name, f"{count} proxies of {name}"), name) for name in bodies[0]["ticks"] if name != "clock"]
+    pressing = [number(body["pressing"], f"{body['pressing']:.1f}") for body in bodies]
+    return {"tool-beside-proxies": {
+        "columns": ["", "cube, mean", "median", "99.9 %", "mouse, mean", "median", "99.9 %"],
+        "rows": [*rows, ["points that press", pressing[0], "", "", pressing[1], "", ""]]}}
+
+
 def beside(build: Path, out: Path, rounds: int = 30) -> None:
     """Ticks of the contact modes beside peers. Writes nothing where no peer could be had (make peers)."""
     bodies, peers = Bodies(build, binding.load(build)), sorted((build / "peers").glob("*.so"))
     if peers:
-        write_topics(out, beside_tables(*(told(
-            build / "bin/haptable-contact", *(bodies.folder(scene, force, radius) for force in FORCES),
-            *(word for peer in peers for word in ("--peer", peer)), "--rounds", rounds)
-            for scene, radius in ((contact_cube(5), 0.012), (mouse(), 0.006)))))
+        times = [told(build / "bin/haptable-contact", *(bodies.folder(scene, force, radius) for force in FORCES),
+                      "--tool", bodies.with_tool(scene, radius),
+                      *(word for peer in peers for word in ("--peer", peer)), "--rounds", rounds)
+                 for scene, radius in ((contact_cube(5), 0.012), (mouse(), 0.006))]
+        write_topics(out, {**beside_tables(*times), **tool_tables(*times)})
 
 
 # ---- devices -------------------------------------------------------------------------------------------------------

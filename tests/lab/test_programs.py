@@ -67,6 +67,14 @@ def test_a_peer_that_cannot_be_had_leaves_no_table():
     assert programs.beside_tables(*2 * [{"contact": body, "above": body}]) == {}
 
 
+def test_a_tool_is_beside_as_many_proxies():
+    ticks = {"clock": [0.0], "least-energy": [3.0], "nearest": [2.0], "hapi": [5.0]}
+    body = {"tool": {"points": 12, "pressing": 2.84, "ticks": ticks}}
+    rows = _rows(programs.tool_tables(body, body)["tool-beside-proxies"])
+    assert [row[:2] for row in rows] == [["12 points, least energy", "3 s"], ["12 points, nearest", "2 s"],
+                                         ["12 proxies of hapi", "5 s"], ["points that press", "2.8"]]
+
+
 # Tells on standard error what it is made of.
 _PEER = """#include <stdio.h>
 #include "host/bench/peers/peer.h"

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // haptable-contact: ticks of every contact mode beside those of haptic libraries (host/bench/peers) on the same
 // patches, over strokes at up to 0.1 m/s through the surface and aside, in the ticks in which the finger is in contact,
-// and round a circle 2 mm above it: raw times as JSON, of which lab/programs.py makes tables.
+// and round a circle 2 mm above it; and a tool's ticks beside as many proxies as it has points: raw times as JSON, of
+// which lab/programs.py makes tables.
 #include <dlfcn.h>
 #include <fmt/format.h>
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -15,11 +16,13 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "codegen/loaded_scene.hpp"
 #include "firmware/haptable_scene.h"
 #include "host/base/error.hpp"
 #include "host/base/program.hpp"
 #include "host/bench/peers/peer.h"
 #include "host/bench/subject.hpp"
+#include "host/session/scene_state.hpp"
 #include "host/target/modes.hpp"
 #include "host/target/strokes.hpp"
 
@@ -95,23 +98,19 @@ Function* function_of(void* library, const std::filesystem::path& file, const ch
     return reinterpret_cast<Function*>(found);
 }
 
-/// A peer's library, once without and once with friction; it stays loaded.
-void add_peer(const std::filesystem::path& file, const Tables& tables,
-              std::vector<std::pair<std::string, Touched>>& to) {
+/// A proxy of a peer's library, which stays loaded.
+Touched peer_on(const std::filesystem::path& file, const Tables& tables, bool friction) {
     void* library = dlopen(std::filesystem::absolute(file).c_str(), RTLD_NOW | RTLD_LOCAL);
     if (library == nullptr) throw Error(fmt::format("{}; run make peers", dlerror()));
     auto* make = function_of<decltype(haptable_peer_make)>(library, file, "haptable_peer_make");
     auto* begin = function_of<decltype(haptable_peer_begin)>(library, file, "haptable_peer_begin");
     auto* step = function_of<decltype(haptable_peer_step)>(library, file, "haptable_peer_step");
-    for (const bool friction : {false, true}) {
-        void* peer =
-            make(tables.position.front().data(), tables.patch.front().data(), static_cast<int>(tables.patch.size()),
-                 kStiffness_n_per_m, friction ? kStaticFriction : 0.0, friction ? kDynamicFriction : 0.0);
-        auto force_n = std::make_shared<std::array<double, 3>>();
-        to.emplace_back(file.stem().string() + (friction ? " friction" : ""),
-                        Touched{[=](const auto& x) { begin(peer, in_double(x).data()); },
-                                [=](const auto& x) { step(peer, in_double(x).data(), force_n->data()); }});
-    }
+    void* peer =
+        make(tables.position.front().data(), tables.patch.front().data(), static_cast<int>(tables.patch.size()),
+             kStiffness_n_per_m, friction ? kStaticFriction : 0.0, friction ? kDynamicFriction : 0.0);
+    auto force_n = std::make_shared<std::array<double, 3>>();
+    return {[=](const auto& x) { begin(peer, in_double(x).data()); },
+            [=](const auto& x) { step(peer, in_double(x).data(), force_n->data()); }};
 }
 
 Touched servo_on(const haptable_model& model) {
@@ -128,30 +127,140 @@ Touched servo_on(const haptable_model& model) {
             }};
 }
 
+using AllTouched = std::vector<std::pair<std::string, Touched>>;
+
+/// [of touched, ticks] s, of each tick in any round: all in turn, so that a ratio compares the same minutes.
+std::vector<std::vector<double>> fastest_of(const AllTouched& touched, const std::vector<FingerPath>& strokes,
+                                            std::size_t ticks, int rounds) {
+    std::vector<std::vector<double>> fastest_s(touched.size(),
+                                               std::vector<double>(ticks, std::numeric_limits<double>::infinity()));
+    for (int round = 0; round < rounds; ++round)
+        for (std::size_t i = 0; i < touched.size(); ++i) time_round(touched[i].second, strokes, fastest_s[i]);
+    return fastest_s;
+}
+
 using Subjects = std::array<std::unique_ptr<Subject>, 3>;  // by force
 
 /// The fastest that each tick in contact, and each above, was in any round, s: of the clock alone, of the peers, and of
-/// every mode. All in turn, so that a ratio compares the same minutes.
+/// every mode.
 nlohmann::ordered_json times_on(const Subjects& subjects, const std::vector<std::filesystem::path>& peers, int rounds) {
     const Tables& tables = subjects[0]->tables();
     std::vector<FingerPath> strokes = slow_strokes(tables);
     const std::vector<char> touches = contact_ticks(subjects[0]->model(), strokes);
     strokes.push_back(subjects[0]->circle(-kAbove_m, kRound));
-    std::vector<std::pair<std::string, Touched>> touched{{"clock", {[](const auto&) {}, [](const auto&) {}}}};
-    for (const std::filesystem::path& peer : peers) add_peer(peer, tables, touched);
+    AllTouched touched{{"clock", {[](const auto&) {}, [](const auto&) {}}}};
+    for (const std::filesystem::path& peer : peers)
+        for (const bool friction : {false, true})
+            touched.emplace_back(peer.stem().string() + (friction ? " friction" : ""), peer_on(peer, tables, friction));
     for (const Mode& mode : every_mode())
         if (mode.more != "passivity")  // no peer has it
             touched.emplace_back(mode.name(),
                                  servo_on(in_mode(subjects[static_cast<std::size_t>(mode.force)]->model(), mode)));
-    std::vector<std::vector<double>> fastest_s(
-        touched.size(), std::vector<double>(touches.size() + kRound, std::numeric_limits<double>::infinity()));
-    for (int round = 0; round < rounds; ++round)
-        for (std::size_t i = 0; i < touched.size(); ++i) time_round(touched[i].second, strokes, fastest_s[i]);
+    const auto fastest_s = fastest_of(touched, strokes, touches.size() + kRound, rounds);
     nlohmann::ordered_json all;
     for (std::size_t i = 0; i < touched.size(); ++i)
         for (std::size_t tick = 0; tick < fastest_s[i].size(); ++tick)
             if (tick > touches.size() || (tick < touches.size() && touches[tick] != 0))  // not the circle's first one
                 all[tick < touches.size() ? "contact" : "above"][touched[i].first].push_back(fastest_s[i][tick]);
+    return all;
+}
+
+// ---- a tool --------------------------------------------------------------------------------------------------------
+
+/// A tool rolls as its handle goes.
+Eigen::Quaternionf turn_at(const std::array<float, 3>& handle_m) {
+    constexpr float kRoll_rad_per_m = 20.0F;
+    const float angle = kRoll_rad_per_m * (handle_m[0] - handle_m[1] + 0.5F * handle_m[2]);
+    return Eigen::Quaternionf(Eigen::AngleAxisf(angle, Eigen::Vector3f(1.0F, 2.0F, 2.0F) / 3.0F));
+}
+
+/// The scene with another god-object, and its servo.
+struct ToolServo {
+    ToolServo(SceneFiles files, GodObject god_object)
+        : scene((files.tables.god_object = god_object, std::move(files))) {}
+    void begin() {
+        state.emplace(scene.model(), nullptr, nullptr, nullptr, scene.tool());
+        state->check(HAPTABLE_CHECK_ALL);
+    }
+    void to(const std::array<float, 3>& handle_m) {
+        haptable_tool_input in{};
+        const Eigen::Quaternionf turn = turn_at(handle_m);
+        std::copy(handle_m.begin(), handle_m.end(), in.hand.finger_m);
+        in.hand.is_there = 1;
+        in.turn[0] = turn.w();
+        for (int c = 0; c < 3; ++c) in.turn[1 + c] = turn.vec()[c];
+        state->step(in, now_us += HAPTABLE_TICK_US, out);
+    }
+    std::size_t touching() {
+        std::size_t count = 0;
+        for (std::size_t i = 0; i < scene.tool_points().size(); ++i) count += state->point_state(i).presses;
+        return count;
+    }
+
+    LoadedScene scene;
+    std::optional<SceneState> state;
+    haptable_tool_output out{};
+    std::uint32_t now_us = 0;
+};
+
+Touched tool_on(const std::shared_ptr<ToolServo>& servo) {
+    return {[servo](const auto&) { servo->begin(); }, [servo](const auto& x) { servo->to(x); }};
+}
+
+/// Proxies that go where the tool's points go, one after the other.
+Touched proxies_on(const std::vector<Touched>& proxy, const ToolPoints& points) {
+    const auto each = [=](const std::array<float, 3>& x, auto member) {
+        const Eigen::Quaternionf turn = turn_at(x);
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            const Eigen::Vector3f at = Eigen::Vector3f(x.data()) + turn * Eigen::Vector3f(points[i].data());
+            (proxy[i].*member)({at.x(), at.y(), at.z()});
+        }
+    };
+    return {[=](const auto& x) { each(x, &Touched::begin); }, [=](const auto& x) { each(x, &Touched::to); }};
+}
+
+/// The fastest that each tick was in any round, s, in which some point of the tool presses and did before: of the
+/// clock, of the tool with each god-object, and of as many proxies of each peer, without friction.
+nlohmann::ordered_json tool_times_on(const std::filesystem::path& folder,
+                                     const std::vector<std::filesystem::path>& peers, int rounds) {
+    const TablesFolder tables(folder);
+    AllTouched touched{{"clock", {[](const auto&) {}, [](const auto&) {}}}};
+    std::shared_ptr<ToolServo> nearest;
+    for (const GodObject god_object : {GodObject::kLeastEnergy, GodObject::kNearest}) {
+        nearest = std::make_shared<ToolServo>(read_scene_files(tables), god_object);
+        if (nearest->scene.tool() == nullptr) throw Error(folder.string() + ": has no tool: give a scene with [tool]");
+        touched.emplace_back(word(god_object), tool_on(nearest));
+    }
+    const LoadedScene& scene = nearest->scene;
+    for (const std::filesystem::path& peer : peers) {
+        std::vector<Touched> proxies;
+        for (std::size_t i = 0; i < scene.tool_points().size(); ++i)
+            proxies.push_back(peer_on(peer, scene.tables(), false));
+        touched.emplace_back(peer.stem().string(), proxies_on(proxies, scene.tool_points()));
+    }
+    const std::vector<FingerPath> strokes = slow_strokes(scene.tables());
+    std::vector<char> touches;
+    std::size_t touching = 0, count = 0;
+    for (const FingerPath& stroke : strokes) {
+        nearest->begin();
+        bool before = false;
+        for (const auto& handle_m : stroke) {
+            nearest->to(handle_m);
+            const std::size_t now = nearest->touching();
+            touches.push_back(before && now > 0 ? 1 : 0);
+            before = now > 0;
+            if (touches.back() == 0) continue;
+            touching += now;
+            ++count;
+        }
+    }
+    if (count == 0) throw Error(folder.string() + ": no stroke presses the tool into the body");
+    const auto fastest_s = fastest_of(touched, strokes, touches.size(), rounds);
+    nlohmann::ordered_json all{{"points", scene.tool_points().size()},
+                               {"pressing", static_cast<double>(touching) / static_cast<double>(count)}};
+    for (std::size_t i = 0; i < touched.size(); ++i)
+        for (std::size_t tick = 0; tick < touches.size(); ++tick)
+            if (touches[tick] != 0) all["ticks"][touched[i].first].push_back(fastest_s[i][tick]);
     return all;
 }
 
@@ -163,10 +272,12 @@ int main(int argc, char** argv) {
     using namespace haptable;
     CommandLine app("Times the contact modes' ticks beside haptic libraries.", "haptable-contact");
     std::vector<std::filesystem::path> folders, peers;
+    std::filesystem::path tool;
     int rounds = 30;
     app.option("DIR", folders, "tables of one body with each force: interpolated, consistent, pressure-mask")
         .required();
     app.option("--peer", peers, "a library of make peers, beside which the modes are timed");
+    app.option("--tool", tool, "tables of the body with a tool: its ticks are told, beside as many proxies");
     app.option("--rounds", rounds, "every tick is as fast as it was in any of so many").show_default();
     return run_program(app, argc, argv, [&] {
         Subjects subjects;
@@ -177,6 +288,8 @@ int main(int argc, char** argv) {
         }
         for (const auto& subject : subjects)
             if (!subject) throw Error("DIR: two folders are of the same force: give one of each");
-        fmt::print("{}\n", times_on(subjects, peers, rounds).dump());
+        nlohmann::ordered_json all = times_on(subjects, peers, rounds);
+        if (!tool.empty()) all["tool"] = tool_times_on(tool, peers, rounds);
+        fmt::print("{}\n", all.dump());
     });
 }
