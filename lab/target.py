@@ -217,6 +217,7 @@ def _relaxes(*terms: tuple[float, float], **contact: Any) -> Change:
 
 
 _RUBS = {"friction": 0.5, "kinetic_friction": 0.5}
+_FOUR = {"points": [[-3e-3, -3e-3, 0.0], [3e-3, -3e-3, 0.0], [3e-3, 3e-3, 0.0], [-3e-3, 3e-3, 0.0]]}
 _NO_LIMITS = {"max_speed": "off", "max_force_rate": "off", "mean_force": "off"}
 
 
@@ -266,6 +267,8 @@ OF_ANY_MESH: dict[str, Change] = {
     "`[[relaxation]]`, two terms": _relaxes((0.3, 0.5), (0.2, 10.0)),
     "`[[relaxation]]`, one term, friction": _relaxes((0.3, 0.5), **_RUBS),
     "`grab = true`": _set(contact={"grab": True}),
+    "`[tool]`, four points, consistent": _set(contact={"force": "consistent"}, tool=_FOUR),
+    "the same, least energy": _set(contact={"force": "consistent", "god_object": "least-energy"}, tool=_FOUR),
     '`force_return = "ramp"`': _set(device={"force_return": "ramp"}),
     '`max_speed = "off"`': _set(device={"max_speed": "off"}),
     '`max_force_rate = "off"`': _set(device={"max_force_rate": "off"}),

@@ -28,11 +28,13 @@ constexpr const char* kFlags =
 constexpr const char* kMain =
     "#include \"model.h\"\n"
     "static HAPTABLE_MODEL_STATE state;\n"
-    "static struct haptable_input in[HAPTABLE_MODEL_FINGERS];\n"
-    "static struct haptable_output out[HAPTABLE_MODEL_FINGERS];\n"
+    "static HAPTABLE_MODEL_INPUT hand[HAPTABLE_MODEL_FINGERS];\n"  // a tool's begins as a finger's
+    "static HAPTABLE_MODEL_OUTPUT felt[HAPTABLE_MODEL_FINGERS];\n"
     "static volatile float device[3];\n"
     "@display@"
     "void _start(void) {\n"
+    "    struct haptable_input* in = (struct haptable_input*)hand;\n"
+    "    struct haptable_output* out = (struct haptable_output*)felt;\n"
     "    haptable_init(&HAPTABLE_MODEL_SCENE, &state);\n"
     "    for (;;) {\n"
     "        int f;\n"

@@ -140,20 +140,32 @@ Mode own_mode(const Tables& tables) {
     return {tables.force, tables.god_object, tables.static_friction > 0.0 ? "friction" : ""};
 }
 
-/// The scene as one finger or two meet it on strokes, by the image that reads any scene.
+/// What a tool has no part for, or nobody asks of it.
+bool is_counted(const LoadedScene& scene, const Mode& mode) {
+    if (mode.force != scene.tables().force) return false;
+    return scene.tool() == nullptr || mode.more.empty() || mode.more == "friction";
+}
+
+/// The scene as one finger, two or its tool meet it on strokes, by the image that reads any scene.
 ordered_json count_strokes(const Options& o) {
     const LoadedScene scene(unlimited(o.folders.front()));
     const Tables& tables = scene.tables();
     const std::uint64_t fan = most_patches_around_a_vertex(scene.model());
     ordered_json counted = ordered_json::array();
     for (const Mode& mode : o.every_mode ? every_mode() : std::vector{own_mode(tables)}) {
-        if (mode.force != tables.force) continue;
+        if (!is_counted(scene, mode)) continue;
         const haptable_model model = o.every_mode ? in_mode(scene.model(), mode) : scene.model();
         for (const std::string& target : o.targets) {
             const TargetImage image = image_of(o.build, "cube", target);
             ordered_json& one =
                 counted.emplace_back(ordered_json{{"mode", mode.name()}, {"target", target}, {"fan", fan}});
-            if (o.two) {
+            if (scene.tool() != nullptr) {
+                const haptable_pair_model pair = pair_in_memory(*scene.coupling(), tables, model);
+                const haptable_tool_model tool = tool_in_memory(*scene.tool_tables(), scene.tool_points(), pair);
+                one["bound"] = most_tool_cost(mode, fan, tool.points.count);
+                one.update(to_json(
+                    image.measure({.model = model, .tool = &tool}, poses_of(stroke_path(tables, o.strokes))), 1));
+            } else if (o.two) {
                 if (scene.servo_pair() == nullptr)
                     throw Error(o.folders.front().string() + ": its scene has one finger");
                 const haptable_pair_model pair = pair_in_memory(*scene.servo_pair(), tables, model);

@@ -117,6 +117,16 @@ std::vector<std::array<float, 6>> of_two(const std::vector<std::array<float, 3>>
     return both;
 }
 
+std::vector<std::array<float, 6>> poses_of(const std::vector<std::array<float, 3>>& path_m) {
+    std::vector<std::array<float, 6>> poses;
+    for (const auto& x : path_m) {
+        const auto tick = static_cast<float>(poses.size());
+        const auto by = [tick](float per_tick) { return 0.4F * std::sin(per_tick * tick); };  // of 1: half an angle's
+        poses.push_back({x[0], x[1], x[2], by(0.01F), by(0.013F), by(0.017F)});
+    }
+    return poses;
+}
+
 std::vector<std::array<float, 6>> hard_path_of_two(const Tables& tables, int strokes) {
     return of_two(hard_path(tables, strokes), strokes);
 }

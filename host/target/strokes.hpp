@@ -43,6 +43,9 @@ std::vector<std::array<float, size>> walked(const std::vector<std::array<float, 
 /// part of a stroke.
 std::vector<std::array<float, 6>> of_two(const std::vector<std::array<float, 3>>& path_m, int strokes);
 
+/// A tool whose handle takes that path and turns on it, as TargetImage::measure takes a tool's.
+std::vector<std::array<float, 6>> poses_of(const std::vector<std::array<float, 3>>& path_m);
+
 /// The strokes of the contact tests, [20 strokes, 3] in metres: a position that is none (the servo forgets the finger),
 /// then from just outside of a random patch straight inwards for 10 ticks, then for 9 aside, at 0.01 to 5 m/s, whatever
 /// stands in the way: over edges, through thin parts, in and out. The same for the same tables. No step is longer than

@@ -76,3 +76,20 @@ def test_scenes_of_bodies_are_there():
     assert all((ROOT / f"meshes/{file}.toml").exists() for file, _ in target.BODIES.values())
     assert isinstance(target.with_force(scenes.read(Path(ROOT / "meshes/cube.toml")), "consistent", 0.1)["contact"],
                       dict)
+
+
+def test_a_tool_is_counted_in_the_modes_that_it_has(build, tmp_path):
+    if not (build / "cube/firmware/cortex-m7/measure.elf").exists() or shutil.which("qemu-system-arm") is None:
+        pytest.skip("no images: make images")
+    if not (build / "bin/haptable-count").exists():
+        pytest.skip("no haptable-count: make build/bin/haptable-count")
+    scene = target._plain("cube")
+    target.OF_ANY_MESH["`[tool]`, four points, consistent"](scene)
+    scenes.precompute(scene, tmp_path / "t", build)
+    modes = target.count_ticks(build, tmp_path / "t", "--target", "cortex-m7", "--strokes", "10", "--every-mode",
+                               path="strokes")
+    assert [mode["mode"] for mode in modes] == [
+        f"consistent {god_object}{more}" for more in ("", " friction") for god_object in ("nearest", "least-energy")]
+    for mode in modes:
+        assert any(state == [2] for state in mode["states"]), mode["mode"]
+        assert max(mode["instructions"]) < mode["bound"]
