@@ -168,6 +168,8 @@ TEST_F(NamedByAScene, WhatIsNotNamedIsNotLinked) {
         const std::string name = feature.name;
         EXPECT_TRUE(with.symbols.contains(feature.symbol)) << "the test knows its name";
         EXPECT_EQ(names_stiffening(with), name == "stiffening");
+        for (const char* other : {"haptable_step_tool", "haptable_step_hands"})
+            EXPECT_FALSE(with.symbols.contains(other)) << other;
         for (const Feature& other : kFeatures) {
             if (other.name == name) continue;
             EXPECT_FALSE(with.symbols.contains(other.symbol)) << "brings " << other.name;
@@ -197,6 +199,24 @@ TEST_F(NamedByAScene, WhatIsNotNamedIsNotLinked) {
         else
             EXPECT_EQ(with.ram, plain.ram) << "no other mode has a state of its own";
     }
+}
+
+TEST_F(NamedByAScene, AToolIsLinkedWithoutASecondFinger) {
+    if (const std::string missing = missing_for_link(objects); !missing.empty()) GTEST_SKIP() << missing;
+    const auto held = [](GodObject god_object) {
+        return [god_object](Scene& s) {
+            s.contact.force = ForceLaw::kConsistent;
+            s.contact.god_object = god_object;
+            s.tool.emplace().point_m = {{-0.003, 0.0, 0.0}, {0.003, 0.0, 0.0}};
+        };
+    };
+    const LinkedServo nearest = link(held(GodObject::kNearest)), least = link(held(GodObject::kLeastEnergy));
+    for (const LinkedServo* servo : {&nearest, &least}) {
+        EXPECT_TRUE(servo->symbols.contains("haptable_step_tool"));
+        EXPECT_FALSE(servo->symbols.contains("haptable_contacts_of_two"));
+    }
+    EXPECT_FALSE(nearest.symbols.contains("haptable_points_settle"));
+    EXPECT_TRUE(least.symbols.contains("haptable_points_settle"));
 }
 
 // Each of the eight combinations holds what its parts are made of, and is byte for byte the image that is linked where
