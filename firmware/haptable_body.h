@@ -2,7 +2,7 @@
  *
  *   m v' = F,   L' = T,   w = J^-1 R^T L,   q' = q (0, w) / 2,   p' = v
  *
- * The rigid motion of a body that is not held: fingers feel its elastic part in its own frame (haptable_moving.c). Its
+ * The rigid motion of a body that is not held: fingers feel its elastic part in its own frame (haptable_moving.h). Its
  * blocks are those of inertia relief (docs/design/moving.md), so that nothing artificial holds it.
  *
  * World and body coordinates are the same where the body begins. Tables are const (struct haptable_body, written by

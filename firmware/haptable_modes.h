@@ -7,7 +7,7 @@
  * that is held comes to that of L. docs/design/moving.md has what it keeps.
  *
  * Tables are const (struct haptable_modes, written by codegen), state is one struct that the caller owns. It is a part
- * of a tick: haptable_moving.c.
+ * of a tick: haptable_moving.h.
  */
 #ifndef HAPTABLE_MODES_H
 #define HAPTABLE_MODES_H

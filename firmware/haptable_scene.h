@@ -4,7 +4,7 @@
  *
  * One step for every scene: what a scene does not name is NULL, is not linked and has no state. Contacts are rows,
  * three a finger; what moves under them (the rigid motion, the modes) knows neither how many fingers there are nor what
- * else moves. haptable_moving.c has the tick of a body that moves.
+ * else moves. haptable_moving.h has the tick of a body that moves.
  *
  * The scene is const (codegen writes it); the state is of the size that the scene says.
  */
