@@ -116,9 +116,9 @@ constexpr Law kLaw[][2][2] = {
 #undef HAPTABLE_STIFFENING
 #undef HAPTABLE_LAW
 
-const Law& law_of(const Tables& tables) {
+const Law& law_of(const Tables& tables, const haptable_model& model) {
     return kLaw[static_cast<std::size_t>(tables.force)][tables.precision != Storage::kFloat32]
-               [tables.stiffening.energy_j > 0.0];
+               [model.stiffen != nullptr];
 }
 
 template <typename T>
@@ -187,9 +187,9 @@ ServoPair build_pair(const PairTables& pair, const Tables& tables, const ServoMo
 haptable_pair_model pair_in_memory(const ServoPair& pair, const Tables& tables, const haptable_model& model) {
     haptable_pair_model to{};
     to.model = &model;
-    to.law = law_of(tables).law;
+    to.law = law_of(tables, model).law;
     if (model.energy != nullptr) {
-        to.bend = law_of(tables).bend;
+        to.bend = law_of(tables, model).bend;
         to.energy = haptable_pair_energy;
         if (model.frictionless == nullptr) to.settle = haptable_pair_settle;
     }
@@ -206,10 +206,10 @@ haptable_pair_model pair_in_memory(const ServoPair& pair, const Tables& tables, 
 }
 
 std::string coupling_bytes(const haptable_pair_model& from) {
-#define HAPTABLE_LAW(name) &haptable_pair_##name,
+#define HAPTABLE_LAW(name) &haptable_pair_##name, &haptable_pair_stiffening_##name,
     constexpr const haptable_pair_law* kInOrder[] = {HAPTABLE_PAIR_LAWS(HAPTABLE_LAW)};
 #undef HAPTABLE_LAW
-    const auto law = static_cast<std::uint32_t>(std::ranges::find(kInOrder, from.law) - std::begin(kInOrder));
+    const auto law = static_cast<std::uint32_t>((std::ranges::find(kInOrder, from.law) - std::begin(kInOrder)) / 2);
     const std::uint32_t control_count = from.control_count, place_count = from.place_count,
                         load_count = from.load_count, rank = from.rank;
     const std::uint32_t *const core_begin = from.core_begin, *const load_begin = from.load_begin;
@@ -263,7 +263,7 @@ void add_pair_values(const ServoPair& pair, const Tables& tables, const haptable
     const auto flag = [](bool is_set) { return is_set ? "yes" : ""; };
     values["pair_version"] = std::to_string(HAPTABLE_PAIR_VERSION);
     values["pair_tables"] = text;
-    values["pair_law"] = law_of(tables).name;
+    values["pair_law"] = law_of(tables, model).name;
     values["pair_energy"] = flag(to.energy != nullptr);
     values["pair_settle"] = flag(to.settle != nullptr);
     values["pair_form"] = pair.is_exact() ? "exact" : "clusters";

@@ -61,18 +61,20 @@ const struct haptable_model* haptable_read_model(struct haptable_scene_reader* i
 const struct haptable_pair_model* haptable_read_pair(struct haptable_scene_reader* in,
                                                      const struct haptable_model* model) {
     /* By the number that codegen/pair.cpp writes. */
-#define LAW(name) {&haptable_pair_##name, &haptable_pair_bend_##name},
-    static const struct {
-        const struct haptable_pair_law* law;
-        const struct haptable_pair_bend* bend;
+#define LAW(name)                                               \
+    {{&haptable_pair_##name, &haptable_pair_stiffening_##name}, \
+     {&haptable_pair_bend_##name, &haptable_pair_bend_stiffening_##name}},
+    static const struct { /* by whether dents stiffen */
+        const struct haptable_pair_law* law[2];
+        const struct haptable_pair_bend* bend[2];
     } laws[] = {HAPTABLE_PAIR_LAWS(LAW)};
 #undef LAW
     struct haptable_pair_model* to = &in->pair;
     const uint32_t law = take_choice(in, sizeof laws / sizeof laws[0]);
     HAPTABLE_PAIR_FIELDS(TAKE_VALUE, TAKE_TABLE)
     to->model = model;
-    to->law = laws[law].law;
-    to->bend = model->energy ? laws[law].bend : 0;
+    to->law = laws[law].law[model->stiffen != 0];
+    to->bend = model->energy ? laws[law].bend[model->stiffen != 0] : 0;
     to->energy = model->energy ? haptable_pair_energy : 0;
     to->settle = model->energy && !model->frictionless ? haptable_pair_settle : 0;
     to->cross = to->place_count == 0 ? haptable_pair_cross_exact : haptable_pair_cross_clusters;
