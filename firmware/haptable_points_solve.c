@@ -13,6 +13,9 @@
 /* A pivot is at least this part of C's own diagonal: points that load one place stay apart. */
 #define LEAST_PIVOT 1e-4f
 
+/* A square of L's is at most this part of C's own diagonal, as a definite C's is, to rounding. */
+#define ROOM 2.0f
+
 /* ---- C ----------------------------------------------------------------------------------------------------------- */
 
 /* C(i, j), i <= j, above the diagonal and on it; L of T, in its order, below; then 1 / L_rr. */
@@ -98,19 +101,17 @@ static void put_order(const struct haptable_points_model* of, void* state) {
 }
 
 /* C_TT = L L^T. before: put_order. Of points that load nearly one place C may be indefinite, by the error of its tables
- * and by rounding: an entry for which a row has no room, as every row of a definite C has, is left out. */
+ * and by rounding: an entry for which there is no room, as in a definite C there is, is left out. */
 static void factor(const struct system* in, const struct haptable_points* all) {
     const uint32_t rows = 3u * all->count;
     for (uint32_t r = 0; r < rows; ++r) {
         float* row = &in->a[r * in->width];
         const uint32_t at = 3u * all->order[r / 3u] + r % 3u;
         const float own = *entry(in, at, at);
-        float room = own;
         for (uint32_t c = 0; c < r; ++c) {
             const uint32_t other = 3u * all->order[c / 3u] + c % 3u;
             row[c] = (*entry(in, other, at) - haptable_points_dot(row, &in->a[c * in->width], c)) * in->inverse[c];
-            if (row[c] * row[c] > room) row[c] = 0.0f;
-            room -= row[c] * row[c];
+            if (row[c] * row[c] > ROOM * own) row[c] = 0.0f;
         }
         float pivot = own - haptable_points_dot(row, row, r);
         if (!(pivot > LEAST_PIVOT * own)) pivot = LEAST_PIVOT * own;
