@@ -65,8 +65,7 @@ void haptable_step_hands(const struct haptable_scene* scene, void* state, const 
     haptable_scene_begin(scene, state, in, now_us, out);
     for (uint32_t i = 0; i < of->count; ++i) {
         vec_zero(motion_m[i]);
-        goes_on[i] =
-            in[i].is_there && begin_tick(&hands->model, &servo[i], in[i].finger_m, now_us, &out[i]) ? 1u : 0u;
+        goes_on[i] = in[i].is_there && begin_tick(&hands->model, &servo[i], in[i].finger_m, now_us, &out[i]) ? 1u : 0u;
         if (goes_on[i]) move(&hands->model, &servo[i], in[i].finger_m, motion_m[i]);
         haptable_point_see(of, state, i);
     }

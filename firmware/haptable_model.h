@@ -513,11 +513,11 @@ haptable_span_fn haptable_span_of_compliance; /* these, of a model that has one 
 #define HAPTABLE_RESUMES(X) X(haptable_resume_ramp)
 #define HAPTABLE_CHECKS(X) X(haptable_check_crc)
 #define HAPTABLE_STIFFENINGS(X) X(haptable_stiffened_of)
-#define HAPTABLE_RELAXATIONS(X)       \
-    X(haptable_relaxation)            \
-    X(haptable_relaxation_held)       \
-    X(haptable_stiffening)            \
-    X(haptable_relaxation_stiffening) \
+#define HAPTABLE_RELAXATIONS(X)            \
+    X(haptable_relaxation)                 \
+    X(haptable_relaxation_held)            \
+    X(haptable_stiffening)                 \
+    X(haptable_relaxation_stiffening)      \
     X(haptable_relaxation_held_stiffening) \
     X(haptable_pair_relaxation_stiffening)
 #define HAPTABLE_UNPACKS(X) X(haptable_unpack_float16) X(haptable_unpack_int16)
@@ -593,8 +593,8 @@ haptable_limit_fn haptable_limit_mean;
  * lowered. Without it contact begins after the finger has left. */
 haptable_god_object_fn haptable_resume_ramp;
 
-/* relax: a body whose dents stiffen: the force times a cubic of the root of the energy that it stores. Nodal forces stay
- * the linear body's, which dent it to the finger. haptable_stiffening.c has the law. */
+/* relax: a body whose dents stiffen: the force times a cubic of the root of the energy that it stores. Nodal forces
+ * stay the linear body's, which dent it to the finger. haptable_stiffening.c has the law. */
 haptable_relax_fn haptable_stiffening;
 haptable_stiffen_fn haptable_stiffened_of;
 haptable_finish_fn haptable_release_slew_stiffening;

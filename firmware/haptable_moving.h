@@ -138,7 +138,7 @@ static float stored_of(const struct haptable_scene* scene, void* state, int stif
  * where the contact will have ended. Held for the tick as it began, it would throw the body off with more than it came
  * with; so it is a little less, and what lies between two fingers comes to rest. A force is never more than the
  * contact's. */
-#define EASE_TICKS 2.0f
+#define HAPTABLE_EASE_TICKS 2.0f
 
 static void ease(const struct haptable_scene* scene, void* state, int stiffens, struct fingers* fingers,
                  const struct haptable_output out[]) {
@@ -153,7 +153,7 @@ static void ease(const struct haptable_scene* scene, void* state, int stiffens, 
         float leaves_j = vec_dot(load_n, gives_m) - vec_dot(load_n, fingers->moved_m[f]);
         if (!(leaves_j > 0.0f)) continue;
         stiffened_of(scene, state, stiffens, f, &out[f], &more);
-        leaves_j *= EASE_TICKS * more.tangent;
+        leaves_j *= HAPTABLE_EASE_TICKS * more.tangent;
         fingers->share[f] = leaves_j < deep_j ? 1.0f - leaves_j / deep_j : 0.0f;
     }
 }

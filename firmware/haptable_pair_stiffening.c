@@ -24,7 +24,7 @@ static float stored_per_energy(const float c[4], float part, float s, float fact
 static void put_stretch(const struct haptable_model* model, struct stretch* to) {
     const float* c = model->stiffening;
     to->work_j = vec_dot(to->u, to->q);
-    const float part = to->work_j * c[STIFFENING_PER_WORK];
+    const float part = to->work_j * c[HAPTABLE_STIFFENING_PER_WORK];
     const float s = stiffening_root(part);
     const float factor = stiffening_factor(c, s);
     const float per_energy = stored_per_energy(c, part, s, factor);
@@ -121,7 +121,7 @@ static void see(struct haptable_model* view) {
 /* v = r u: s r(s) = sqrt(e_v / e_0) of u's s, where Psi(e_u) = e_v. */
 static void straighten(const struct haptable_model* model, float work_j, float v[3]) {
     const float* c = model->stiffening;
-    const float part = work_j * c[STIFFENING_PER_WORK];
+    const float part = work_j * c[HAPTABLE_STIFFENING_PER_WORK];
     float e = part; /* e_u / e_0: Psi lies above e, where the curve rises */
     if (!(part > HAPTABLE_ROOT_LEAST)) return;
     for (int k = 0; k < STRAIGHTEN_STEPS; ++k) {

@@ -6,8 +6,8 @@
  * that is F_e convolved with g(t) = g_rest + sum g_k exp(-t / time_k): a generalised Maxwell body. Where F_e is minus
  * the gradient of an energy s^2 / 2, so is F of 1/2 (g_rest s^2 + sum g_k r_k^2) but for what the terms lose,
  * g_k r_k^2 / time_k, which is never negative: no loop gains, wherever the god-object goes. Where the body stiffens, s
- * grows with the dent's sqrt(u . S u) by a factor (haptable_relaxation_stiffening.c): the elastic force relaxes (Fung 1981), and
- * what the terms lose is g_k r_k / time_k times the dent less the one that would have s - r_k.
+ * grows with the dent's sqrt(u . S u) by a factor (haptable_relaxation_stiffening.c): the elastic force relaxes (Fung
+ * 1981), and what the terms lose is g_k r_k / time_k times the dent less the one that would have s - r_k.
  *
  * In a tick s goes straight from one value to the next; then
  *   r_k <- r_k + rise_k (s' - s) - fall_k r_k,   fall = 1 - exp(-tick / time),   rise = time / tick fall

@@ -13,7 +13,7 @@
 #include "haptable_vector.h"
 
 /* The largest change of a contact's force over the finger's motion that is no jump, as a multiple of its stiffness. */
-#define JUMP 2.0f
+#define HAPTABLE_RELEASE_JUMP 2.0f
 
 /* The square of the stiffness that the contact shows, |F| / |u|; where the body relaxes, that at once, u . S u / |u|^2;
  * where it stiffens, that of the next motion. before: contact. */
@@ -45,7 +45,8 @@ static int has_jumped(const struct haptable_model* model, struct haptable_servo*
     const float change2 = vec_length2(change_n);
     if (servo->contact.patch == HAPTABLE_NONE) return change2 > 0.0f;
     if (change2 <= model->release_n * model->release_n) return 0; /* most ticks */
-    return change2 > JUMP * JUMP * shown_stiffness2(model, servo, stiffens, force_n) * vec_length2(motion_m) +
+    return change2 > HAPTABLE_RELEASE_JUMP * HAPTABLE_RELEASE_JUMP * shown_stiffness2(model, servo, stiffens, force_n) *
+                             vec_length2(motion_m) +
                          model->release_n * model->release_n;
 }
 

@@ -76,7 +76,7 @@ struct haptable_scene {
     const struct haptable_modes* modes;     /* NULL: quasi-static */
     haptable_init_fn* init;                 /* haptable_init_one, haptable_init_two */
     haptable_contacts_fn* contacts;         /* haptable_contact_of_one, haptable_contacts_of_two */
-    haptable_step_fn* step;                 /* haptable_step_one, of two haptable_step_held; haptable_moving, _stiffening */
+    haptable_step_fn* step; /* haptable_step_one, of two haptable_step_held; haptable_moving, _stiffening */
     const struct haptable_rigid_part* rigid;
     const struct haptable_modes_part* ringing;
     haptable_rows_fn* rows; /* with modes: haptable_rows_of_one, haptable_rows_of_two */

@@ -55,7 +55,9 @@ void haptable_scene_make(const struct haptable_model* model, const struct haptab
     scene->modes = modes;
     scene->init = pair ? haptable_init_two : haptable_init_one;
     scene->contacts = pair ? haptable_contacts_of_two : haptable_contact_of_one;
-    scene->step = body || modes ? (model->stiffen ? haptable_moving_stiffening : haptable_moving) : pair ? haptable_step_held : haptable_step_one;
+    scene->step = body || modes ? (model->stiffen ? haptable_moving_stiffening : haptable_moving)
+                  : pair        ? haptable_step_held
+                                : haptable_step_one;
     scene->rigid = body && body->motion < HAPTABLE_RIGID_MOTIONS ? rigid[body->motion] : 0;
     scene->ringing = modes ? &haptable_part_modes : 0;
     scene->rows = !modes ? 0 : pair ? haptable_rows_of_two : haptable_rows_of_one;

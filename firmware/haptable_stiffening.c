@@ -15,7 +15,7 @@ void haptable_stiffening(const struct haptable_model* model, struct haptable_ser
 
 /* Psi = e_0 s^2 (1 + 2/3 c_1 s + 1/2 c_2 s^2 + 2/5 c_3 s^3) + Psi' (e - e_0 s^2);   2 e Psi'' = s dPsi'/ds for s < 1 */
 float haptable_stiffening_put(const float c[4], float work_j, struct haptable_stiffened* stiffened) {
-    const float part = work_j * c[STIFFENING_PER_WORK];
+    const float part = work_j * c[HAPTABLE_STIFFENING_PER_WORK];
     const float s = stiffening_root(part);
     const float factor = stiffening_factor(c, s);
     const float curve = 1.0f + s * (2.0f / 3.0f * c[0] + s * (0.5f * c[1] + s * (0.4f * c[2])));

@@ -9,10 +9,12 @@
 #include "haptable_vector.h"
 
 /* In a curve's row after c_1, c_2, c_3: 1 / (2 e_0). */
-#define STIFFENING_PER_WORK 3
+#define HAPTABLE_STIFFENING_PER_WORK 3
 
 /* s of e / e_0, within 5e-6 of itself: another curve by as little, and force and energy are of one curve. */
-static inline float stiffening_root(float part) { return vec_is_below_one(part) ? part * vec_inverse_root_by(part, 2) : 1.0f; }
+static inline float stiffening_root(float part) {
+    return vec_is_below_one(part) ? part * vec_inverse_root_by(part, 2) : 1.0f;
+}
 
 /* Psi' of s. */
 static inline float stiffening_factor(const float c[4], float s) { return 1.0f + s * (c[0] + s * (c[1] + s * c[2])); }
@@ -26,7 +28,7 @@ static inline float stiffening_factor_of(const struct haptable_model* model, con
     const float* c = model->stiffening;
     float u[3];
     vec_sub(out->god_object_m, servo->finger_m, u);
-    return stiffening_factor(c, stiffening_root(vec_dot(u, out->force_n) * c[STIFFENING_PER_WORK]));
+    return stiffening_factor(c, stiffening_root(vec_dot(u, out->force_n) * c[HAPTABLE_STIFFENING_PER_WORK]));
 }
 
 #endif

@@ -43,7 +43,7 @@ arrow host/body host/base host/scene host/mesh host/fem host/inverse host/body
 arrow host/compliance host/base host/tables host/inverse host/body codegen/pair.hpp host/compliance
 arrow host/precompute host/base host/scene host/mesh/audit.hpp host/mesh/read_mesh.hpp host/tables host/inverse host/body host/compliance codegen host/precompute
 arrow host/link host/base host/link haptable/
-arrow host/session host/base host/link "host/session/[^/]*.hpp" firmware/haptable_model.h firmware/haptable_body.h firmware/haptable_modes.h firmware/haptable_scene.h firmware/haptable_tool.h haptable/
+arrow host/session host/base host/link "host/session/[^/]*.hpp" firmware/haptable_model.h firmware/haptable_body.h firmware/haptable_modes.h firmware/haptable_scene.h firmware/haptable_tool.h firmware/haptable_hands.h haptable/
 arrow host/session/servo host/base host/link host/session host/session/servo model.h haptable/
 arrow host/target host/base host/tables codegen host/target firmware/haptable_model.h firmware/haptable_scene.h firmware/haptable_bounds.h firmware/haptable_pair.h firmware/haptable_tool.h
 arrow host/session/bridge host/base host/link host/session host/session/bridge host/tables codegen firmware/haptable_body.h firmware/haptable_line.h firmware/haptable_pair.h firmware/haptable_model.h haptable/

@@ -138,7 +138,8 @@ std::uint64_t most_tool_cost(const Mode& mode, std::uint64_t fan, std::uint64_t 
     if (!settles) return sum;
     sum += ways / 2 * couple + n * own;  // slopes of E
     sum += HAPTABLE_POINTS_TRIALS * n * 65 * (HAPTABLE_POINTS_WALK_STEPS + MOST_STEPS - HAPTABLE_WALK_STEPS);
-    return sum + (HAPTABLE_POINTS_TRIALS + 1) * assembly + (HAPTABLE_POINTS_TRIALS * HAPTABLE_POINTS_TRIAL_SETS + 1) * set;
+    return sum + (HAPTABLE_POINTS_TRIALS + 1) * assembly +
+           (HAPTABLE_POINTS_TRIALS * HAPTABLE_POINTS_TRIAL_SETS + 1) * set;
 }
 
 std::uint64_t most_moving_cost(const LoadedScene& scene, const Mode& mode) {
