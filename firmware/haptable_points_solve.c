@@ -185,6 +185,37 @@ static void put_loads(const struct haptable_points_model* of, void* state) {
     ++all->sets;
 }
 
+/* Newtons squared: a larger load, or one that is not a number, is none. */
+#define LOAD_LIMIT2 1e30f
+
+static int has_loads(const struct haptable_points_model* of, void* state) {
+    const struct haptable_points* all = haptable_points_of(of, state);
+    for (uint32_t a = 0; a < all->count; ++a)
+        if (!(vec_length2(haptable_points_in(of, state)[all->order[a]].load_n) <= LOAD_LIMIT2)) return 0;
+    return 1;
+}
+
+/* Leaves the deepest point alone in T, with the load of a finger: where so many load one place that no float has what
+ * C^-1 makes of its error. */
+static void press_by_one(const struct haptable_points_model* of, void* state) {
+    struct haptable_point* point = haptable_points_in(of, state);
+    uint32_t deepest = of->count;
+    float least_m = 0.0f;
+    for (uint32_t i = 0; i < of->count; ++i) {
+        float u[3];
+        if (!point[i].presses) continue;
+        dent_of(of, state, i, u);
+        if (deepest == of->count || vec_dot(u, point[i].normal) < least_m) {
+            deepest = i;
+            least_m = vec_dot(u, point[i].normal);
+        }
+        point[i].presses = 0;
+        vec_zero(point[i].load_n);
+    }
+    if (deepest < of->count) point[deepest].presses = 1;
+    put_loads(of, state);
+}
+
 /* Takes out of T the points whose load would pull the surface. */
 static int drop(const struct haptable_points_model* of, void* state) {
     struct haptable_point* point = haptable_points_in(of, state);
@@ -255,6 +286,11 @@ int haptable_points_solve(const struct haptable_points_model* of, void* state, i
     put_raised(of, state);
     for (int set = 0; goes_on && set < most_sets; ++set) {
         put_loads(of, state);
+        if (!has_loads(of, state)) {
+            press_by_one(of, state);
+            goes_on = 0;
+            break;
+        }
         goes_on = drop(of, state) || (set < most_sets / 2 && add(of, state, all->count == 0));
     }
     all->energy_j = 0.0f;
