@@ -61,7 +61,7 @@ void haptable_step_hands(const struct haptable_scene* scene, void* state, const 
     struct haptable_hands* hands = hands_of(of, state);
     struct haptable_servo* servo = haptable_points_servos(of, state);
     float motion_m[HAPTABLE_HANDS][3];
-    uint8_t goes_on[HAPTABLE_HANDS];
+    uint8_t goes_on[HAPTABLE_HANDS] = {0};
     haptable_scene_begin(scene, state, in, now_us, out);
     for (uint32_t i = 0; i < of->count; ++i) {
         vec_zero(motion_m[i]);

@@ -162,13 +162,14 @@ static void stretch_own(const struct haptable_model* model, const struct haptabl
     vec_scale(stretch.r, own->s);
 }
 
-#define LAW(name, count, is_stiffness, load, kind)                                                     \
-    static void own_##name(const struct haptable_model* model, const struct haptable_contact* contact, \
-                           const float finger_m[3], struct haptable_pair_own* own) {                   \
-        haptable_pair_own_##name(model, contact, finger_m, own);                                       \
-        stretch_own(model, contact, finger_m, is_stiffness, own);                                      \
-    }                                                                                                  \
-    const struct haptable_pair_law haptable_pair_stiffening_##name = {count, is_stiffness, own_##name, load, &kind};
+#define LAW(name, count, is_stiffness, load, kind)                                                                 \
+    static void own_##name(const struct haptable_model* model, const struct haptable_contact* contact,             \
+                           const float finger_m[3], struct haptable_pair_own* own) {                               \
+        haptable_pair_own_##name(model, contact, finger_m, own);                                                   \
+        stretch_own(model, contact, finger_m, is_stiffness, own);                                                  \
+    }                                                                                                              \
+    const struct haptable_pair_law haptable_pair_stiffening_##name = {(count), (is_stiffness), own_##name, (load), \
+                                                                      &(kind)};
 
 LAW(interpolated, 3, 1, haptable_pair_load_interpolated, of_stiffness)
 LAW(consistent, 3, 0, haptable_pair_load_of_compliance, of_compliance)
