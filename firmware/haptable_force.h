@@ -19,7 +19,10 @@ int haptable_force_clamp(float max_n, float force_n[3]);
 /* N/m, against a tick's motion: what takes given_j back in the next one, if the finger goes on as it went. */
 float haptable_brake_of(const struct haptable_model* model, float given_j, float motion2_m2);
 
-/* Brakes by so much, N/m, as far as max_force_n. before: by >= 0 */
+/* The brake, N/m, or what of it gives max_force_n over that motion. before: by >= 0 */
+float haptable_brake_within(const struct haptable_model* model, float by, float motion2_m2);
+
+/* Brakes by so much. */
 void haptable_brake(const struct haptable_model* model, float by, const float motion_m[3], float force_n[3]);
 
 #endif

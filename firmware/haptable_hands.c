@@ -79,12 +79,7 @@ void haptable_init_hands(const struct haptable_scene* scene, void* state) {
     const struct haptable_points_model* of = points_of(scene);
     struct haptable_hands* hands = hands_of(of, state);
     hands->of = of;
-    hands->model = *scene->model;
-    hands->model.god_object = haptable_god_object_nearest;
-    hands->model.force = haptable_hands_force;
-    hands->model.energy = 0;
-    hands->model.frictionless = 0;
-    if (hands->model.passivity) hands->model.passivity = haptable_hands_brake;
+    haptable_points_take_model(scene->model, haptable_hands_force, haptable_hands_brake, &hands->model);
     for (uint32_t i = 0; i < of->count; ++i) {
         haptable_servo_begin(&haptable_points_servos(of, state)[i]);
         haptable_points_servos(of, state)[i].finger = (uint8_t)i;

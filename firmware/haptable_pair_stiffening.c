@@ -16,7 +16,7 @@
 
 /* Psi / e of part = e / e_0. */
 static float stored_per_energy(const float c[4], float part, float s, float factor) {
-    const float within = 1.0f + s * (2.0f / 3.0f * c[0] + s * (0.5f * c[1] + s * (0.4f * c[2])));
+    const float within = stiffening_mean(c, s);
     return part < 1.0f ? within : factor + (within - factor) / part;
 }
 
@@ -28,7 +28,7 @@ static void put_stretch(const struct haptable_model* model, struct stretch* to) 
     const float s = stiffening_root(part);
     const float factor = stiffening_factor(c, s);
     const float per_energy = stored_per_energy(c, part, s, factor);
-    const float slope = part < 1.0f ? s * (c[0] + s * (2.0f * c[1] + s * (3.0f * c[2]))) : 0.0f; /* 2 e Psi'' */
+    const float slope = part < 1.0f ? stiffening_slope(c, s) : 0.0f;
     const float inverse = vec_inverse_root(per_energy);
     to->r = per_energy * inverse;
     to->k = (factor - per_energy) * inverse;

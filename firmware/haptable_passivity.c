@@ -11,11 +11,13 @@ float haptable_brake_of(const struct haptable_model* model, float given_j, float
     return given_j < most * motion2_m2 ? given_j / motion2_m2 : most;
 }
 
+float haptable_brake_within(const struct haptable_model* model, float by, float motion2_m2) {
+    if (!(by * by * motion2_m2 > model->max_force_n * model->max_force_n)) return by;
+    return model->max_force_n * vec_inverse_root(motion2_m2 > HAPTABLE_ROOT_LEAST ? motion2_m2 : HAPTABLE_ROOT_LEAST);
+}
+
 void haptable_brake(const struct haptable_model* model, float by, const float motion_m[3], float force_n[3]) {
-    const float motion2 = vec_length2(motion_m);
-    if (by * by * motion2 > model->max_force_n * model->max_force_n)
-        by = model->max_force_n * vec_inverse_root(motion2 > HAPTABLE_ROOT_LEAST ? motion2 : HAPTABLE_ROOT_LEAST);
-    vec_add_scaled(-by, motion_m, force_n);
+    vec_add_scaled(-haptable_brake_within(model, by, vec_length2(motion_m)), motion_m, force_n);
 }
 
 /* A force held over a tick (zero-order hold) does F_k . d to the user: W is exactly what was given. What is owed is

@@ -87,6 +87,11 @@ haptable_points_settle_fn haptable_points_settle;
 /* Writes the tables that couple points, and the functions that go by them. */
 void haptable_points_model_make(const struct haptable_pair_model* pair, struct haptable_points_model* points);
 
+/* What points move and feel by: the scene's model with the nearest god-object and their force; brake: its passivity,
+ * where it has one. */
+void haptable_points_take_model(const struct haptable_model* from, haptable_force_fn* force, haptable_finish_fn* brake,
+                                struct haptable_model* to);
+
 /* No contact, as nobody knows where it was. */
 void haptable_point_forget(const struct haptable_points_model* of, void* state, uint32_t i);
 

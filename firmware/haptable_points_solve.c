@@ -140,6 +140,16 @@ void haptable_points_forward(const struct haptable_points_model* of, void* state
 
 /* ---- what a point's servo has found ------------------------------------------------------------------------------ */
 
+void haptable_points_take_model(const struct haptable_model* from, haptable_force_fn* force, haptable_finish_fn* brake,
+                                struct haptable_model* to) {
+    *to = *from;
+    to->god_object = haptable_god_object_nearest;
+    to->force = force;
+    to->energy = 0;
+    to->frictionless = 0;
+    if (to->passivity) to->passivity = brake;
+}
+
 void haptable_point_forget(const struct haptable_points_model* of, void* state, uint32_t i) {
     struct haptable_point* point = &haptable_points_in(of, state)[i];
     point->is_inside = point->presses = point->is_known = 0;

@@ -18,10 +18,9 @@ float haptable_stiffening_put(const float c[4], float work_j, struct haptable_st
     const float part = work_j * c[HAPTABLE_STIFFENING_PER_WORK];
     const float s = stiffening_root(part);
     const float factor = stiffening_factor(c, s);
-    const float curve = 1.0f + s * (2.0f / 3.0f * c[0] + s * (0.5f * c[1] + s * (0.4f * c[2])));
     const float within = part < 1.0f ? 1.0f : 1.0f / part; /* of e */
-    stiffened->stored = within * (curve / factor) + (1.0f - within);
-    stiffened->tangent = part < 1.0f ? 1.0f + s * (c[0] + s * (2.0f * c[1] + s * (3.0f * c[2]))) / factor : 1.0f;
+    stiffened->stored = within * (stiffening_mean(c, s) / factor) + (1.0f - within);
+    stiffened->tangent = part < 1.0f ? 1.0f + stiffening_slope(c, s) / factor : 1.0f;
     return factor;
 }
 

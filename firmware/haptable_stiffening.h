@@ -19,6 +19,14 @@ static inline float stiffening_root(float part) {
 /* Psi' of s. */
 static inline float stiffening_factor(const float c[4], float s) { return 1.0f + s * (c[0] + s * (c[1] + s * c[2])); }
 
+/* Psi / e below e_0, and 2 e Psi'' there. */
+static inline float stiffening_mean(const float c[4], float s) {
+    return 1.0f + s * (2.0f / 3.0f * c[0] + s * (0.5f * c[1] + s * (0.4f * c[2])));
+}
+static inline float stiffening_slope(const float c[4], float s) {
+    return s * (c[0] + s * (2.0f * c[1] + s * (3.0f * c[2])));
+}
+
 /* What a contact has whose linear energy is half of work_j. Returns Psi'. */
 float haptable_stiffening_put(const float c[4], float work_j, struct haptable_stiffened* stiffened);
 

@@ -210,10 +210,8 @@ static void observe(const struct haptable_tool_model* tool, struct haptable_tool
                     const float turn_rad[3]) {
     const float motion2 = vec_length2(motion_m) + tool->reach_m * tool->reach_m * vec_length2(turn_rad);
     state->given_j += vec_dot(state->hand.given_n, motion_m) + vec_dot(state->given_n_m, turn_rad);
-    float by = haptable_brake_of(&state->model, state->given_j, motion2);
-    const float most_n = state->model.max_force_n;
-    if (by > 0.0f && by * by * motion2 > most_n * most_n)
-        by = most_n * vec_inverse_root(motion2 > HAPTABLE_ROOT_LEAST ? motion2 : HAPTABLE_ROOT_LEAST);
+    const float by =
+        haptable_brake_within(&state->model, haptable_brake_of(&state->model, state->given_j, motion2), motion2);
     state->brake_n_per_m = by;
     vec_add_scaled(-by * tool->reach_m * tool->reach_m, turn_rad, state->moment_n_m);
 }
@@ -365,12 +363,7 @@ void haptable_init_tool(const struct haptable_scene* scene, void* of) {
     state->tool = tool;
     state->hand_turn[0] = state->turn[0] = 1.0f;
     state->most = HAPTABLE_NONE;
-    state->model = *scene->model;
-    state->model.god_object = haptable_god_object_nearest;
-    state->model.force = haptable_tool_force;
-    state->model.energy = 0;
-    state->model.frictionless = 0;
-    if (state->model.passivity) state->model.passivity = haptable_tool_brake;
+    haptable_points_take_model(scene->model, haptable_tool_force, haptable_tool_brake, &state->model);
     for (uint32_t i = 0; i < tool->points.count; ++i)
         haptable_servo_begin(&haptable_points_servos(&tool->points, state)[i]);
 }
