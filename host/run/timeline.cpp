@@ -37,9 +37,9 @@ public:
     Timeline finish(std::int64_t damaged) {
         timeline_.damaged += damaged;
         timeline_.ticks = std::move(side_[0].ticks);
-        for (std::size_t finger = kFingers; finger-- > 1;)
-            if (!side_[finger].ticks.empty() || !timeline_.others.empty())
-                timeline_.others.insert(timeline_.others.begin(), std::move(side_[finger].ticks));
+        for (std::size_t finger = 1; finger < kFingers; ++finger)
+            timeline_.others.push_back(std::move(side_[finger].ticks));
+        while (!timeline_.others.empty() && timeline_.others.back().empty()) timeline_.others.pop_back();
         return std::move(timeline_);
     }
 

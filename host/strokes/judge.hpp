@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Runs a stroke on a scene's step and holds every tick to what docs/CONTACT.md, FINGERS.md, TOOL.md and MOVING.md
+// Runs a stroke on a scene's step and holds every tick to what docs/CONTACT.md, MOVING.md and TOOL.md
 // promise, as geometry, tables in double and the laws of motion tell it. docs/STROKES.md lists the properties and the
 // reasons for their tolerances.
 #pragma once
