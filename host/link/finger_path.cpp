@@ -77,16 +77,13 @@ struct Columns {
     std::ptrdiff_t turn = -1;  ///< of a tool
 };
 
-/// "" of the first, "2" of the second.
-std::string suffix_of(std::size_t finger) { return finger == 0 ? "" : std::to_string(finger + 1); }
-
 /// Fingers beside one another, then the buttons of each; of a tool its turn between them.
 std::string header_of(std::size_t fingers, bool has_turn, bool has_buttons) {
     std::string header;
     for (std::size_t i = 0; i < fingers; ++i)
-        for (const char* axis : {"x", "y", "z"}) header += (header.empty() ? "" : ",") + (axis + suffix_of(i));
+        for (const char* axis : {"x", "y", "z"}) header += (header.empty() ? "" : ",") + (axis + column_suffix(i));
     if (has_turn) header += ",qw,qx,qy,qz";
-    for (std::size_t i = 0; has_buttons && i < fingers; ++i) header += ",buttons" + suffix_of(i);
+    for (std::size_t i = 0; has_buttons && i < fingers; ++i) header += ",buttons" + column_suffix(i);
     return header;
 }
 
@@ -100,11 +97,11 @@ Columns columns_of_servo(const std::string& header) {
     Columns columns{names.size(), {{1, place("buttons")}}, 0, place("qw")};
     if (columns.turn + 4 > std::ssize(names)) return {};
     for (std::size_t i = 1; i < kFingers; ++i) {
-        const std::ptrdiff_t x = place("x" + suffix_of(i));
+        const std::ptrdiff_t x = place("x" + column_suffix(i));
         if (x < 0) break;
         if (x + 3 > std::ssize(names)) return {};
         columns.finger.push_back(
-            {static_cast<std::size_t>(x), place("buttons" + suffix_of(i)), place("state" + suffix_of(i))});
+            {static_cast<std::size_t>(x), place("buttons" + column_suffix(i)), place("state" + column_suffix(i))});
     }
     // A finger of its own is never away: where it is silent the line says so by its position.
     if (columns.finger.size() > 1) columns.finger[0].state = place("state");

@@ -8,9 +8,13 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace haptable {
+
+/// What names of a finger's columns end with: "", "2", "3".
+inline std::string column_suffix(std::size_t finger) { return finger == 0 ? "" : std::to_string(finger + 1); }
 
 /// What a path may hold.
 enum class Positions {

@@ -9,6 +9,8 @@
 #include <limits>
 #include <span>
 
+#include "host/link/finger_path.hpp"
+
 namespace haptable {
 
 namespace {
@@ -25,11 +27,10 @@ std::string header_of_finger(const std::string& suffix) {
     return header;
 }
 
-/// The first finger's columns have no number.
 std::string header_of_fingers(const ServoScene& scene) {
-    std::string header = "tick" + header_of_finger("");
-    for (std::size_t finger = 1; finger < fingers_of(scene); ++finger)
-        header += header_of_finger(std::to_string(finger + 1));
+    std::string header = "tick";
+    for (std::size_t finger = 0; finger < fingers_of(scene); ++finger)
+        header += header_of_finger(column_suffix(finger));
     return header;
 }
 
