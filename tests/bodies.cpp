@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cctype>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "codegen/in_memory.hpp"
@@ -35,6 +36,12 @@ Scene cube_scene(int nodes_per_side, double poisson, bool top_only) {
     scene.fixed.push_back({std::array<double, 6>{-1, -1, -1, 1, 1, 1e-9}, "", 1});
     if (top_only) scene.touch.push_back({std::array<double, 6>{0.004, 0.004, 0.03 - 1e-9, 0.026, 0.026, 1}, "", 1});
     return scene;
+}
+
+const ElasticBody& coupled_cube(ForceLaw force) {
+    static const ElasticBody consistent(for_two(cube_scene(5, 0.3)), ForceLaw::kConsistent);
+    static const ElasticBody mask(for_two(cube_scene(5, 0.3)), ForceLaw::kPressureMask, 0.01);
+    return force == ForceLaw::kConsistent ? consistent : mask;
 }
 
 Eigen::SparseMatrix<double> cube_stiffness(int nodes_per_side, double poisson) {
@@ -184,6 +191,17 @@ Vector3d ElasticBody::point(int patch, const Vector3d& alpha) const {
 
 Vector3d ElasticBody::normal(int patch) const {
     return (corner(patch, 1) - corner(patch, 0)).cross(corner(patch, 2) - corner(patch, 0)).normalized();
+}
+
+Tables ElasticBody::tables(const TouchOptions& options) const {
+    Tables tables = tables_;
+    tables.god_object = options.god_object;
+    tables.static_friction = tables.kinetic_friction = options.friction;
+    tables.options.set("contact.release_slew", 0.0);
+    tables.options.set("contact.passivity", options.passivity);
+    tables.max_force_n = options.max_force_n;
+    tables.limits = options.limits;
+    return tables;
 }
 
 Eigen::Matrix3d ElasticBody::coupling(const haptable_contact& a, const haptable_contact& b) const {

@@ -39,6 +39,15 @@ Cells wedge_cells(int n, double length, double height);                 // a rid
 Cells needle_cells(int n, double length, double width);                 // a tapering tip upwards
 Cells torus_cells(int around, int across, double major, double minor);  // lying on a held strip
 
+/// How a test touches a body: without a release, and with no limits but those that it names.
+struct TouchOptions {
+    GodObject god_object = GodObject::kNearest;
+    double friction = 0.0;
+    bool passivity = false;
+    double max_force_n = 1e6;
+    SafetyLimits limits{};
+};
+
 class ElasticBody {
 public:
     /// Runs precompute with this force, and with the radius where it is the pressure mask's; the god-object may be
@@ -50,6 +59,7 @@ public:
 
     const std::string& name() const { return tables_.name; }
     const Tables& tables() const { return tables_; }
+    Tables tables(const TouchOptions& options) const;
     const ServoModel& servo() const { return servo_; }
     /// Of a scene with two fingers.
     PairTables pair() const { return *read_pair(folder_.path() / "out"); }
@@ -85,6 +95,9 @@ private:
     Scene scene_;
     mutable std::unique_ptr<Eigen::MatrixXd> compliance_;
 };
+
+/// The paper's cube, coupled at all pairs of its places: by consistent loads, or masks of 10 mm. Made once.
+const ElasticBody& coupled_cube(ForceLaw force);
 
 /// The body of a mode's tests, "cube" or "needle", with the tables of one force; made once for all of a program's
 /// tests.

@@ -30,23 +30,14 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-/// How the fingers' tests differ.
-struct HandsOptions {
-    GodObject god_object = GodObject::kNearest;
-    double friction = 0.0;
-    bool passivity = false;
-    double max_force_n = 1e6;
-    SafetyLimits limits{};
-};
-
 /// A body, and as many fingers as a test says, which it moves by hand.
 class Hands {
 public:
-    Hands(const ElasticBody& body, std::size_t count, const HandsOptions& options = {})
+    Hands(const ElasticBody& body, std::size_t count, const TouchOptions& options = {})
         : out(count),
-          tables_(body.tables()),
+          tables_(body.tables(options)),
           pair_(build_pair(body.pair(), tables_, body.servo())),
-          model_(model_of(body, options)),
+          model_(model_in_memory(tables_, body.servo())),
           pair_model_(coupled(count)) {
         begin();
     }
@@ -90,15 +81,6 @@ public:
     std::vector<haptable_output> out;
 
 private:
-    haptable_model model_of(const ElasticBody& body, const HandsOptions& options) {
-        tables_.god_object = options.god_object;
-        tables_.static_friction = tables_.kinetic_friction = options.friction;
-        tables_.options.set("contact.release_slew", 0.0);
-        tables_.options.set("contact.passivity", options.passivity);
-        tables_.max_force_n = options.max_force_n;
-        tables_.limits = options.limits;
-        return model_in_memory(tables_, body.servo());
-    }
     haptable_pair_model coupled(std::size_t count) {
         pair_.finger_count = static_cast<std::uint16_t>(count);
         return pair_in_memory(pair_, tables_, model_);
@@ -111,12 +93,6 @@ private:
     std::optional<SceneState> state_;
     std::uint32_t time_us_ = 0;
 };
-
-const ElasticBody& cube(ForceLaw force) {
-    static const ElasticBody consistent(for_two(cube_scene(5, 0.3)), ForceLaw::kConsistent);
-    static const ElasticBody mask(for_two(cube_scene(5, 0.3)), ForceLaw::kPressureMask, 0.01);
-    return force == ForceLaw::kConsistent ? consistent : mask;
-}
 
 const Vector3d kAway = Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
 
@@ -139,7 +115,7 @@ void press(Hands& hands, std::size_t count, double depth_m, double turn = 0.0) {
 TEST(Hands, LoadsAreThoseOfDirectSolvesOfAllFingersThatPress) {
     for (const ForceLaw force : {ForceLaw::kConsistent, ForceLaw::kPressureMask})
         for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy}) {
-            const ElasticBody& body = cube(force);
+            const ElasticBody& body = coupled_cube(force);
             for (std::size_t count = 3; count <= HAPTABLE_HANDS; ++count) {
                 Hands hands(body, count, {.god_object = god_object});
                 press(hands, count, 0.002, 0.1 * double(count));
@@ -163,8 +139,8 @@ TEST(Hands, LoadsAreThoseOfDirectSolvesOfAllFingersThatPress) {
 TEST(Hands, FingersThatAreSwappedFeelTheSame) {
     for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy}) {
         const std::size_t count = 5;
-        Hands hands(cube(ForceLaw::kPressureMask), count, {.god_object = god_object});
-        Hands swapped(cube(ForceLaw::kPressureMask), count, {.god_object = god_object});
+        Hands hands(coupled_cube(ForceLaw::kPressureMask), count, {.god_object = god_object});
+        Hands swapped(coupled_cube(ForceLaw::kPressureMask), count, {.god_object = god_object});
         double worst = 0.0, largest = 0.0;
         for (int tick = 0; tick <= 300; ++tick) {
             std::vector<Vector3d> x = around(count, 1e-5 * tick - 5e-4, 2e-3 * tick, 1e-5 * tick);
@@ -187,7 +163,7 @@ TEST(Hands, FingersThatAreSwappedFeelTheSame) {
 
 TEST(Hands, OneThatIsAloneIsAFinger) {
     for (const ForceLaw force : {ForceLaw::kConsistent, ForceLaw::kPressureMask}) {
-        const ElasticBody& body = cube(force);
+        const ElasticBody& body = coupled_cube(force);
         Hands hands(body, 4);
         Finger finger(body.model());
         for (int tick = 0; tick < 300; ++tick) {
@@ -207,7 +183,7 @@ TEST(Hands, OneThatIsAloneIsAFinger) {
 }
 
 TEST(Hands, TwoThatPressAreThePairsTwo) {
-    const ElasticBody& body = cube(ForceLaw::kPressureMask);
+    const ElasticBody& body = coupled_cube(ForceLaw::kPressureMask);
     Hands three(body, 3), two(body, 2);
     double largest = 0.0;
     for (int tick = 0; tick < 300; ++tick) {
@@ -260,7 +236,7 @@ TEST(Hands, ClosedLoopsGainNothingWithLeastEnergy) {
     for (const ForceLaw force : {ForceLaw::kConsistent, ForceLaw::kPressureMask})
         for (const double way : {0.3, -0.3}) {
             const std::size_t count = 4;
-            Hands hands(cube(force), count, {.god_object = GodObject::kLeastEnergy});
+            Hands hands(coupled_cube(force), count, {.god_object = GodObject::kLeastEnergy});
             const double share = gained_share(hands, count, 2000, [&](double t) { return loop_at(t, count, way); });
             RecordProperty(std::string(word(force)) + (way > 0 ? ", forward" : ", back"), std::to_string(share));
             EXPECT_LT(share, 1e-3) << force << " " << way;
@@ -271,7 +247,7 @@ TEST(Hands, PassivityTakesBackWhatTheNearestGodObjectGives) {
     double plain = -1.0, braked = -1.0;
     for (const bool passivity : {false, true})
         for (const double way : {0.5, -0.5}) {
-            Hands hands(cube(ForceLaw::kPressureMask), 4, {.passivity = passivity});
+            Hands hands(coupled_cube(ForceLaw::kPressureMask), 4, {.passivity = passivity});
             const double share = gained_share(hands, 4, 2000, [&](double t) { return loop_at(t, 4, way); });
             double& worst = passivity ? braked : plain;
             worst = std::max(worst, share);
@@ -283,7 +259,7 @@ TEST(Hands, PassivityTakesBackWhatTheNearestGodObjectGives) {
 TEST(Hands, FrictionHoldsEachFingerWithinItsCone) {
     const double mu = 0.4;
     const std::size_t count = 3;
-    Hands hands(cube(ForceLaw::kPressureMask), count, {.god_object = GodObject::kLeastEnergy, .friction = mu});
+    Hands hands(coupled_cube(ForceLaw::kPressureMask), count, {.god_object = GodObject::kLeastEnergy, .friction = mu});
     press(hands, count, 0.0015, 0.2);
     double most = 0.0;
     for (int tick = 1; tick <= 400; ++tick) {
@@ -302,7 +278,7 @@ TEST(Hands, FrictionHoldsEachFingerWithinItsCone) {
 TEST(Hands, EachKeepsItsLimitsAndItsFaults) {
     const std::size_t count = 3;
     const double max_force_n = 0.02;
-    Hands hands(cube(ForceLaw::kConsistent), count,
+    Hands hands(coupled_cube(ForceLaw::kConsistent), count,
                 {.max_force_n = max_force_n, .limits = {.max_speed_m_s = 1.0, .max_force_rate_n_per_s = 5.0}});
     std::vector<Vector3d> before(count, Vector3d::Zero());
     for (int tick = 0; tick <= 60; ++tick) {

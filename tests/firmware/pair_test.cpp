@@ -39,15 +39,12 @@ class Pair {
 public:
     Pair(const ElasticBody& body, GodObject god_object, double friction = 0.0, bool passivity = false,
          const StiffeningCurve& curve = {})
-        : body_(body), tables_(body.tables()), servo_(body.servo()), pair_(build_pair(body.pair(), tables_, servo_)) {
+        : body_(body),
+          tables_(body.tables({god_object, friction, passivity})),
+          servo_(body.servo()),
+          pair_(build_pair(body.pair(), tables_, servo_)) {
         tables_.stiffening = curve;
         if (curve.energy_j > 0.0) servo_.stiffening = stiffening_table(curve);
-        tables_.god_object = god_object;
-        tables_.static_friction = tables_.kinetic_friction = friction;
-        tables_.options.set("contact.release_slew", 0.0);
-        tables_.options.set("contact.passivity", passivity);
-        tables_.max_force_n = 1e6;
-        tables_.limits = {};
         model_ = model_in_memory(tables_, servo_);
         pair_model_ = pair_in_memory(pair_, tables_, model_);
         begin();

@@ -50,13 +50,10 @@ struct ToolOptions {
 class Tool {
 public:
     Tool(const ElasticBody& body, Points points, const ToolOptions& options = {})
-        : tables_(body.tables()), pair_(build_pair(body.pair(), tables_, body.servo())), points_(std::move(points)) {
-        tables_.god_object = options.god_object;
-        tables_.static_friction = tables_.kinetic_friction = options.friction;
-        tables_.options.set("contact.release_slew", 0.0);
-        tables_.options.set("contact.passivity", options.passivity);
-        tables_.max_force_n = options.max_force_n;
-        tables_.limits = options.limits;
+        : tables_(body.tables(
+              {options.god_object, options.friction, options.passivity, options.max_force_n, options.limits})),
+          pair_(build_pair(body.pair(), tables_, body.servo())),
+          points_(std::move(points)) {
         model_ = model_in_memory(tables_, body.servo());
         pair_model_ = pair_in_memory(pair_, tables_, model_);
         haptable_points_model_make(&pair_model_, &tool_.points);
@@ -136,15 +133,9 @@ Points grid(int n, double spacing_m) {
     return points;
 }
 
-const ElasticBody& cube(ForceLaw force) {
-    static const ElasticBody consistent(for_two(cube_scene(5, 0.3)), ForceLaw::kConsistent);
-    static const ElasticBody mask(for_two(cube_scene(5, 0.3)), ForceLaw::kPressureMask, 0.01);
-    return force == ForceLaw::kConsistent ? consistent : mask;
-}
-
 TEST(Tool, LoadsAreThoseOfDirectSolvesOfAllPointsThatPress) {
     for (const ForceLaw force : {ForceLaw::kConsistent, ForceLaw::kPressureMask}) {
-        const ElasticBody& body = cube(force);
+        const ElasticBody& body = coupled_cube(force);
         Tool tool(body, grid(3, 0.006));
         std::mt19937 random(3);
         std::uniform_real_distribution<double> any(-1.0, 1.0);
@@ -241,7 +232,7 @@ Loop go_around(Tool& tool, int ticks, const Pose& pose) {
 TEST(Tool, ClosedLoopsOfThePoseGainNothingWithLeastEnergy) {
     for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy})
         for (const ForceLaw force : {ForceLaw::kConsistent, ForceLaw::kPressureMask}) {
-            Tool tool(cube(force), grid(3, 0.005), {.god_object = god_object});
+            Tool tool(coupled_cube(force), grid(3, 0.005), {.god_object = god_object});
             std::mt19937 random(3);
             std::uniform_real_distribution<double> any(-1.0, 1.0);
             Loop worst;
@@ -286,7 +277,7 @@ void press(Tool& tool, const Vector3d& to, const Quaterniond& q, int ticks = 50)
 TEST(Tool, TheWrenchIsThatOfThePointsAndDoesNotAskForTheirOrder) {
     const Points points = grid(3, 0.005);
     Points other(points.rbegin(), points.rend());
-    Tool tool(cube(ForceLaw::kPressureMask), points), swapped(cube(ForceLaw::kPressureMask), other);
+    Tool tool(coupled_cube(ForceLaw::kPressureMask), points), swapped(coupled_cube(ForceLaw::kPressureMask), other);
     const Vector3d p(0.016, 0.014, 0.0285);
     const Quaterniond q = turn_by({0.06, -0.04, 0.3});
     press(tool, p, q);
@@ -314,13 +305,13 @@ TEST(Tool, ATurnedToolIsOneWhosePointsAreTurned) {
         const Vector3d at = q * to_vector(r.data());
         turned.push_back({float(at[0]), float(at[1]), float(at[2])});
     }
-    Tool tool(cube(ForceLaw::kConsistent), grid(3, 0.005)), other(cube(ForceLaw::kConsistent), turned);
+    Tool tool(coupled_cube(ForceLaw::kConsistent), grid(3, 0.005)), other(coupled_cube(ForceLaw::kConsistent), turned);
     const Vector3d p(0.015, 0.015, 0.0285);
     press(tool, p, q);
     press(other, p, Quaterniond::Identity());
     ASSERT_GE(tool.pressing(), 4U);
     // Points are where they are to a float's rounding of the body's size, over a depth of a millimetre.
-    const double apart = 16 * kFloat * cube(ForceLaw::kConsistent).size() / 1e-3;
+    const double apart = 16 * kFloat * coupled_cube(ForceLaw::kConsistent).size() / 1e-3;
     EXPECT_LT((tool.force() - other.force()).norm(), 100 * apart * tool.force().norm());
     EXPECT_LT((tool.torque() - other.torque()).norm(),
               100 * apart * tool.force().norm() * double(tool.model().reach_m));
@@ -328,7 +319,7 @@ TEST(Tool, ATurnedToolIsOneWhosePointsAreTurned) {
 
 TEST(Tool, OfTwoPointsOneAloneIsAFinger) {
     for (const ForceLaw force : {ForceLaw::kConsistent, ForceLaw::kPressureMask}) {
-        const ElasticBody& body = cube(force);
+        const ElasticBody& body = coupled_cube(force);
         Tool tool(body, {{0.0F, 0.0F, 0.0F}, {0.0F, 0.0F, 0.02F}});
         Finger finger(body.model());
         for (int tick = 0; tick < 300; ++tick) {
@@ -348,8 +339,9 @@ TEST(Tool, OfTwoPointsOneAloneIsAFinger) {
 
 TEST(Tool, FrictionHoldsEachPointWithinItsConeAndLosesEnergy) {
     const double mu = 0.4;
-    Tool tool(cube(ForceLaw::kPressureMask), grid(2, 0.008), {.god_object = GodObject::kLeastEnergy, .friction = mu});
-    Tool free(cube(ForceLaw::kPressureMask), grid(2, 0.008), {.god_object = GodObject::kLeastEnergy});
+    Tool tool(coupled_cube(ForceLaw::kPressureMask), grid(2, 0.008),
+              {.god_object = GodObject::kLeastEnergy, .friction = mu});
+    Tool free(coupled_cube(ForceLaw::kPressureMask), grid(2, 0.008), {.god_object = GodObject::kLeastEnergy});
     const Vector3d p(0.013, 0.015, 0.0285);
     press(tool, p, Quaterniond::Identity());
     press(free, p, Quaterniond::Identity());
@@ -382,7 +374,7 @@ TEST(Tool, FrictionHoldsEachPointWithinItsConeAndLosesEnergy) {
 }
 
 TEST(Tool, WhatIsNoPoseGivesNoWrench) {
-    Tool tool(cube(ForceLaw::kConsistent), grid(3, 0.005));
+    Tool tool(coupled_cube(ForceLaw::kConsistent), grid(3, 0.005));
     const Vector3d p(0.016, 0.014, 0.0285);
     const auto gives_nothing = [&](int state) {
         EXPECT_EQ(tool.out.hand.state, state);
@@ -420,7 +412,7 @@ TEST(Tool, WhatIsNoPoseGivesNoWrench) {
 }
 
 TEST(Tool, ATurnThatNoHandMakesIsNotBelieved) {
-    Tool tool(cube(ForceLaw::kConsistent), grid(3, 0.005), {.limits = {.max_speed_m_s = 1.0}});
+    Tool tool(coupled_cube(ForceLaw::kConsistent), grid(3, 0.005), {.limits = {.max_speed_m_s = 1.0}});
     const Vector3d p(0.016, 0.014, 0.0285);
     press(tool, p, Quaterniond::Identity());
     ASSERT_GT(tool.force().norm(), 0.0);
@@ -435,7 +427,7 @@ TEST(Tool, ATurnThatNoHandMakesIsNotBelieved) {
 TEST(Tool, ForceAndTorqueKeepTheirLimits) {
     const double max_force_n = 0.05, max_torque_n_m = 1e-4, rate = 5.0;
     Tool tool(
-        cube(ForceLaw::kConsistent), grid(3, 0.005),
+        coupled_cube(ForceLaw::kConsistent), grid(3, 0.005),
         {.max_force_n = max_force_n, .max_torque_n_m = max_torque_n_m, .limits = {.max_force_rate_n_per_s = rate}});
     Vector3d f0 = Vector3d::Zero(), m0 = Vector3d::Zero();
     double most_n = 0.0, most_n_m = 0.0;
@@ -461,7 +453,7 @@ TEST(Tool, ForceAndTorqueKeepTheirLimits) {
 TEST(Tool, PassivityTakesBackWhatTheNearestGodObjectGives) {
     double plain = 0.0, braked = 0.0;
     for (const bool passivity : {false, true}) {
-        Tool tool(cube(ForceLaw::kPressureMask), grid(3, 0.005), {.passivity = passivity});
+        Tool tool(coupled_cube(ForceLaw::kPressureMask), grid(3, 0.005), {.passivity = passivity});
         const auto pose = [&](double t) {
             const double slide = std::clamp((t - 0.25) / 0.5, 0.0, 1.0);
             const double down = std::clamp(t / 0.25, 0.0, 1.0) - std::clamp((t - 0.75) / 0.25, 0.0, 1.0);
@@ -484,7 +476,7 @@ TEST(Tool, PassivityTakesBackWhatTheNearestGodObjectGives) {
 TEST(Tool, AVirtualCouplingIsASpringBetweenHandAndTool) {
     const double k = 200.0, turn_k = 0.01;
     for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy}) {
-        Tool tool(cube(ForceLaw::kPressureMask), grid(3, 0.005),
+        Tool tool(coupled_cube(ForceLaw::kPressureMask), grid(3, 0.005),
                   {.god_object = god_object, .stiffness_n_per_m = k, .turn_stiffness_n_m_per_rad = turn_k});
         const Vector3d p(0.017, 0.013, 0.0285);
         const Quaterniond q = turn_by({0.1, 0.05, 0.2});
@@ -499,7 +491,7 @@ TEST(Tool, AVirtualCouplingIsASpringBetweenHandAndTool) {
         const Vector3d at = to_vector(tool.out.position_m);
         // Its wrench is the spring's, and at rest the contacts'.
         EXPECT_WITHIN((tool.force() - k * (at - p)).norm(), .count = 4,
-                      .epsilon = kFloat * cube(ForceLaw::kPressureMask).size() * k / tool.force().norm(),
+                      .epsilon = kFloat * coupled_cube(ForceLaw::kPressureMask).size() * k / tool.force().norm(),
                       .size = tool.force().norm());
         EXPECT_GT(at.z(), p.z() + 1e-4);
         EXPECT_LT((tool.force() - force).norm(), 1e-3 * force.norm()) << god_object;
@@ -511,7 +503,7 @@ TEST(Tool, AVirtualCouplingIsASpringBetweenHandAndTool) {
         EXPECT_EQ(tool.force().norm(), 0.0);
     }
     // A loop of the hand's pose gains nothing: the tool goes where less is stored.
-    Tool tool(cube(ForceLaw::kPressureMask), grid(3, 0.005),
+    Tool tool(coupled_cube(ForceLaw::kPressureMask), grid(3, 0.005),
               {.god_object = GodObject::kLeastEnergy, .stiffness_n_per_m = k, .turn_stiffness_n_m_per_rad = turn_k});
     const Loop loop = go_around(tool, 2000, [&](double t) {
         const double slide = std::clamp((t - 0.25) / 0.5, 0.0, 1.0);
