@@ -61,9 +61,27 @@ ifeq ($(MAKELEVEL)$(filter -j%,$(MAKEFLAGS)),0)
 MAKEFLAGS += -j$(shell nproc)
 endif
 
+# ---- units: files of a folder are compiled together, as many as have 1400 lines --------------------------------------
+# The compiler reads their headers and makes their templates once; names of their unnamed namespaces are one folder's.
+
+# But not those of other options than their folder's, nor those that are linked without it.
+ALONE = $(addprefix host/,view/deformation.cpp view/antialias.cpp view/offscreen.cpp strokes/solid.cpp) \
+    $(addprefix host/,fem/hooke.cpp fem/elasticity.cpp mesh/quadratic_tet.cpp link/finger_path.cpp bench/subject.cpp)
+HOST_FILES := $(shell find host codegen -name '*.cpp' -not -path '*/mpi/*' -not -path '*/examples/*')
+TEST_FILES := $(shell find tests -name '*.cpp' -not -path 'tests/fuzz/*' -not -path 'tests/soak/*' -not -path 'tests/host/mpi/ranks/*')
+UNITED := $(filter-out %/main.cpp host/mesh/cgal/% host/mesh/gmsh/% $(ALONE),$(HOST_FILES)) $(TEST_FILES)
+# What the library holds, besides the firmware: files of its own options (packaging/install.mk) in units of their own.
+LIBRARY_CXX := $(wildcard host/library/*.cpp host/tables/*.cpp) $(addprefix host/base/,file.cpp hash.cpp json.cpp scene_options.cpp stiffening.cpp summary_lines.cpp) \
+    host/session/energy.cpp $(filter-out $(addprefix codegen/,main.cpp text.cpp display.cpp),$(wildcard codegen/*.cpp))
+write_units = { sh scripts/units.sh $(1) 1400 $(BUILD)/units/ $(filter-out $(LIBRARY_CXX),$(UNITED)); sh scripts/units.sh $(1) 1400 $(BUILD)/units/library/ $(LIBRARY_CXX); }
+UNITS := $(shell $(write_units))
+TESTS = $(patsubst %,%.o,$(filter $(BUILD)/units/tests%,$(UNITS)))
+TEST_OBJECTS = $(TESTS) $(TEST_FILES:%=$(BUILD)/%.o)
+
 # ---- parts: one small library a folder; its main.cpp, where it has one, beside it ----------------------------------
 
-objects = $(patsubst %,$(BUILD)/%.o,$(filter-out %/main.cpp,$(wildcard $(1)/*.cpp $(1)/*.c)))
+objects = $(patsubst %,%.o,$(foreach pool,units units/library,$(filter $(BUILD)/$(pool)/$(subst /,-,$(1)).%,$(UNITS)))) \
+    $(patsubst %,$(BUILD)/%.o,$(filter-out %/main.cpp $(UNITED),$(wildcard $(1)/*.cpp $(1)/*.c)))
 
 BASE       = $(call objects,host/base)
 TABLES     = $(call objects,host/tables) $(BASE)
@@ -113,7 +131,7 @@ $(BUILD)/firmware/%.c.o: private OPT = -O3
 $(BUILD)/host/view/antialias.cpp.o $(BUILD)/host/view/offscreen.cpp.o: private OPT = -O3
 
 # An example includes the installed header by its name.
-$(BUILD)/tidy/UnifiedSource-host-library-examples%.ok: private INCLUDE += -Ihost/library
+$(BUILD)/tidy/UnifiedSource-host-library-examples.%.ok: private INCLUDE += -Ihost/library
 # Not -I: MPI's headers are not ours to warn about.
 $(BUILD)/host/precompute/mpi/%.cpp.o $(BUILD)/host/inverse/mpi/%.cpp.o $(BUILD)/tests/host/mpi/ranks/%.cpp.o $(BUILD)/tidy/UnifiedSource-host-inverse-mpi%.ok $(BUILD)/tidy/UnifiedSource-host-precompute-mpi%.ok: private INCLUDE += $(patsubst %,-isystem %,$(shell mpicxx --showme:incdirs)) -DOMPI_SKIP_MPICXX
 
@@ -125,12 +143,9 @@ $(IN_MODULES): private CXXFLAGS += -fPIC
 # Of other flags than what was precompiled.
 $(BUILD)/host/view/deformation.cpp.o $(BUILD)/host/strokes/solid.cpp.o $(IN_MODULES): private precompiled =
 
-# A folder's tests are compiled in units of at most 1400 lines: the compiler reads their headers once.
-# Names of their unnamed namespaces are therefore one folder's.
-TEST_FILES := $(shell find tests -name '*.cpp' -not -path 'tests/fuzz/*' -not -path 'tests/soak/*' -not -path 'tests/host/mpi/ranks/*')
-TEST_UNITS := $(shell sh scripts/units.sh $(BUILD)/tests/units $(TEST_FILES))
-TESTS = $(TEST_UNITS:%=%.o)
-TEST_OBJECTS = $(TESTS) $(TEST_FILES:%=$(BUILD)/%.o)
+# A unit includes files: it, too, is the only one that has their unnamed namespaces' types.
+$(filter-out $(TESTS),$(UNITS:%=%.o)): private CXX_WARN += -Wno-subobject-linkage
+
 TYPES = $(patsubst codegen/lcm/%.lcm,$(BUILD)/lcm/haptable/%.hpp,$(wildcard codegen/lcm/*.lcm)) $(BUILD)/lcm/haptable/channels.hpp
 .SECONDARY: $(TYPES) $(BUILD)/host/precompiled.hpp.gch $(BUILD)/tests/precompiled.hpp.gch
 PROGRAMS = $(addprefix $(BUILD)/bin/,haptable-precompute haptable-codegen haptable-device haptable-view haptable-bridge haptable-run haptable-count haptable-fit)
@@ -368,7 +383,7 @@ TIDY = $(filter-out host/session/servo/main.cpp host/bench/main.cpp host/bench/p
     $(shell find host codegen -name '*.cpp') $(wildcard firmware/*.c))
 .PHONY: tidy
 tidy: $(patsubst %,$(BUILD)/tidy/%.ok,$(filter %.c,$(TIDY))) | $(BUILD)/setup-lint.stamp
-	@$(if $(filter %.cpp,$(TIDY)),rooms=$$(python3 scripts/rooms.py $(BUILD) $(filter %.cpp,$(TIDY))) && $(MAKE) --no-print-directory $$(echo "$$rooms" | sed 's/$$/.ok/'),:)
+	@$(if $(filter %.cpp,$(TIDY)),rooms=$$(sh scripts/units.sh --write 99999 $(BUILD)/tidy/UnifiedSource- $(filter %.cpp,$(TIDY))) && $(MAKE) --no-print-directory $$(echo "$$rooms" | sed 's/$$/.ok/'),:)
 
 # format: put every C and C++ file into the project's form
 .PHONY: format
@@ -376,9 +391,10 @@ format: $(BUILD)/setup-lint.stamp
 	clang-format -i $$(git ls-files '*.c' '*.h' '*.cpp' '*.hpp')
 
 # compile_commands.json: how each file is compiled, for editors and clang's tools; compiles nothing
-.PHONY: compile_commands.json
+.PHONY: compile_commands.json sources
+sources: $(patsubst %,$(BUILD)/%.o,$(filter-out host/bench/% host/session/servo/main.cpp,$(HOST_FILES)) $(TEST_FILES) $(wildcard firmware/*.c))
 compile_commands.json:
-	@$(MAKE) -nB --no-print-directory PRECOMPILED= WERROR= all $(BUILD)/bin/haptable-keys $(TEST_FILES:%=$(BUILD)/%.o) 2>/dev/null | sh scripts/compile_commands.sh >$@.beside
+	@$(MAKE) -nB --no-print-directory PRECOMPILED= WERROR= sources 2>/dev/null | sh scripts/compile_commands.sh >$@.beside
 	@mv $@.beside $@
 
 # setup: install the Debian packages that are missing, for everything but microcontrollers, several machines and films
@@ -421,17 +437,17 @@ $(TEST_OBJECTS): private precompiled = $(if $(PRECOMPILED),$(BUILD)/tests/precom
 # A fifth less of the compiler's time, and the tests' own loops are short.
 $(TEST_OBJECTS) $(BUILD)/tests/precompiled.hpp.gch: private OPT = -O1 -finline-small-functions
 $(BUILD)/tests/precompiled.hpp.gch: | $(BUILD)/setup-test.stamp
-$(patsubst %,$(BUILD)/%.o,$(shell find host/bench -name '*.cpp')): | $(BUILD)/setup-bench.stamp
+$(patsubst %,$(BUILD)/%.o,$(filter host/bench/%,$(HOST_FILES))) $(call objects,host/bench): | $(BUILD)/setup-bench.stamp
 
 $(BUILD)/%.cpp.o: %.cpp | $(BUILD)/setup.stamp $(TYPES) $(precompiled)
 	$(say) C++ $<
 	@mkdir -p $(@D)
 	$(Q)$(COMPILE) -c $< -o $@
 
-$(TEST_UNITS) &: $(TEST_FILES) scripts/units.sh
-	@sh scripts/units.sh --write $(BUILD)/tests/units $(TEST_FILES) >/dev/null
+$(UNITS) &: $(UNITED) scripts/units.sh
+	@$(call write_units,--write) >/dev/null
 
-$(TESTS): %.o: % | $(BUILD)/setup.stamp $(TYPES) $(precompiled)
+$(UNITS:%=%.o): %.o: % | $(BUILD)/setup.stamp $(TYPES) $(precompiled)
 	$(say) C++ $<
 	$(Q)$(COMPILE) -c $< -o $@
 

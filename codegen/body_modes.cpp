@@ -15,9 +15,9 @@ namespace haptable {
 
 namespace {
 
-constexpr double kTick_s = 1e-6 * HAPTABLE_TICK_US;
+constexpr double kTickOfModes_s = 1e-6 * HAPTABLE_TICK_US;
 
-float finite(double value) {
+float finite_in_modes(double value) {
     return to_float(value, "modes.json holds a number that is not finite: make the tables again");
 }
 
@@ -26,16 +26,16 @@ float finite(double value) {
 haptable_mode tick_of_mode(double omega_rad_per_s, double damping_ratio) {
     const double decay = damping_ratio * omega_rad_per_s;
     const double damped = omega_rad_per_s * std::sqrt(1.0 - damping_ratio * damping_ratio);
-    const double left = std::exp(-decay * kTick_s), cosine = std::cos(damped * kTick_s),
-                 sine = std::sin(damped * kTick_s) / damped;
+    const double left = std::exp(-decay * kTickOfModes_s), cosine = std::cos(damped * kTickOfModes_s),
+                 sine = std::sin(damped * kTickOfModes_s) / damped;
     const double squared = omega_rad_per_s * omega_rad_per_s;
     const double q_by_q = left * (cosine + decay * sine) - 1.0;
-    return {finite(q_by_q),
-            finite(left * sine),
-            finite(-squared * left * sine),
-            finite(left * (cosine - decay * sine) - 1.0),
-            finite(-q_by_q / squared),
-            finite(squared)};
+    return {finite_in_modes(q_by_q),
+            finite_in_modes(left * sine),
+            finite_in_modes(-squared * left * sine),
+            finite_in_modes(left * (cosine - decay * sine) - 1.0),
+            finite_in_modes(-q_by_q / squared),
+            finite_in_modes(squared)};
 }
 
 ServoModes build_modes(const ModeTables& body_modes, const Tables& tables, const ServoModel& servo) {
@@ -57,7 +57,7 @@ ServoModes build_modes(const ModeTables& body_modes, const Tables& tables, const
         for (const double entry : body_modes.shape[i]) size[i % modes] = std::max(size[i % modes], std::abs(entry));
     for (std::size_t i = 0; i < body_modes.shape.size(); ++i) {
         const auto value = [&](std::size_t axis) {
-            return finite(without_noise(body_modes.shape[i][axis], size[i % modes]));
+            return finite_in_modes(without_noise(body_modes.shape[i][axis], size[i % modes]));
         };
         to.shape.push_back({value(0), value(1), value(2)});
     }

@@ -35,3 +35,9 @@ private:
 };
 
 }  // namespace haptable
+
+// How a list of fields is added to `bytes`, from `from`. NOLINTBEGIN(bugprone-macro-parentheses): names that are
+// declared
+#define HAPTABLE_ADD_VALUE(type, name) bytes.add(from.name);
+#define HAPTABLE_ADD_TABLE(type, name, count) bytes.add_table(from.name, static_cast<std::size_t>(count));
+// NOLINTEND(bugprone-macro-parentheses)

@@ -14,7 +14,7 @@ namespace haptable {
 
 namespace {
 
-using Edge = std::array<std::int32_t, 2>;
+using NodePair = std::array<std::int32_t, 2>;
 using Block = std::array<double, 9>;
 
 constexpr const char* kWhat = "a compliance";
@@ -50,14 +50,14 @@ std::vector<Block> mask_vertices(const ComplianceTables& tables, const ServoMode
 
 /// Which edge lies opposite to each corner.
 std::vector<std::array<std::uint16_t, 3>> patch_edges(const ComplianceTables& tables, const ServoModel& model) {
-    std::map<Edge, std::size_t> place;
+    std::map<NodePair, std::size_t> place;
     for (std::size_t e = 0; e < tables.edge_id.size(); ++e) place[tables.edge_id[e]] = e;
     std::vector<std::array<std::uint16_t, 3>> patch_edge;
     for (const auto& corner : model.patch) {
         std::array<std::uint16_t, 3> edges{};
         for (std::size_t c = 0; c < 3; ++c) {
             const auto [low, high] = std::minmax(model.node[corner[(c + 1) % 3]], model.node[corner[(c + 2) % 3]]);
-            const auto found = place.find(Edge{low, high});
+            const auto found = place.find(NodePair{low, high});
             if (found == place.end())
                 throw Error(fmt::format("edge_id.npy lacks the edge {} {}: make the tables again", low, high));
             edges[c] = static_cast<std::uint16_t>(found->second);

@@ -12,13 +12,13 @@ namespace haptable {
 namespace {
 
 using Eigen::Matrix3d;
-using Block = std::array<float, 6>;
+using HalfBlock = std::array<float, 6>;
 
 constexpr double kPeriod_s = HAPTABLE_TICK_US / 1e6;
 // A fast exploring hand. Above it the device's friction no longer covers what the sampled spring gives.
 constexpr double kSpeed_m_s = 0.5;
 
-Block packed_again(const Matrix3d& m) {
+HalfBlock packed_again(const Matrix3d& m) {
     return {static_cast<float>(m(0, 0)), static_cast<float>(m(1, 1)), static_cast<float>(m(2, 2)),
             static_cast<float>(m(0, 1)), static_cast<float>(m(1, 2)), static_cast<float>(m(0, 2))};
 }
@@ -52,7 +52,7 @@ bool all_above(const Matrix3d& c, double bound) {
 double largest_of_compliance(const ServoModel& model) {
     constexpr double kSurely = 1.0 + 1e-6;  // far beyond the rounding of all_above
     const std::vector<BernsteinPoint> grid = grid_of(model.compliance.degree);
-    const std::vector<Block> blocks = compliance_blocks(model);
+    const std::vector<HalfBlock> blocks = compliance_blocks(model);
     double largest = 0.0;
     for (std::size_t p = 0; p < model.patch.size(); ++p) {
         std::vector<Matrix3d> control;
@@ -69,15 +69,15 @@ double largest_of_compliance(const ServoModel& model) {
 /// S is a mean of the vertices' blocks, so none of its eigenvalues is larger than the largest of theirs.
 double largest_of_vertices(const ServoModel& model) {
     double largest = model.free_count < model.node.size() ? static_cast<double>(model.rigid_stiffness_n_per_m) : 0.0;
-    for (const Block& s : model.stiffness_n_per_m) largest = std::max(largest, largest_eigenvalue(symmetric(s)));
+    for (const HalfBlock& s : model.stiffness_n_per_m) largest = std::max(largest, largest_eigenvalue(symmetric(s)));
     return largest;
 }
 
 void put_in_series(double compliance_m_per_n, ServoModel& model) {
     const Matrix3d more = compliance_m_per_n * Matrix3d::Identity();
-    for (Block& s : model.stiffness_n_per_m) s = packed_again((symmetric(s).inverse() + more).inverse());
+    for (HalfBlock& s : model.stiffness_n_per_m) s = packed_again((symmetric(s).inverse() + more).inverse());
     for (auto* blocks : {&model.compliance.vertex, &model.compliance.edge, &model.compliance.patch})
-        for (Block& c : *blocks) c = packed_again(symmetric(c) + more);
+        for (HalfBlock& c : *blocks) c = packed_again(symmetric(c) + more);
     model.rigid_stiffness_n_per_m =
         static_cast<float>(1.0 / (1.0 / static_cast<double>(model.rigid_stiffness_n_per_m) + compliance_m_per_n));
 }

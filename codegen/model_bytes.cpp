@@ -26,8 +26,6 @@ void add_function(Function* function, std::initializer_list<Function*> choices, 
 // NOLINTEND(bugprone-macro-parentheses)
 #define HAPTABLE_PASS(...)
 
-#define HAPTABLE_ADD_VALUE(type, name) bytes.add(from.name);
-#define HAPTABLE_ADD_TABLE(type, name, count) bytes.add_table(from.name, static_cast<std::size_t>(count));
 #define HAPTABLE_CHOICE(function) function,
 #define HAPTABLE_ADD_FUNCTION(type, name, choices) add_function<type>(from.name, {choices(HAPTABLE_CHOICE)}, bytes);
 #define HAPTABLE_ADD_PART(type, name)                            \

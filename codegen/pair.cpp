@@ -26,11 +26,13 @@ static_assert(kClusterPlaces == HAPTABLE_PAIR_CLUSTER && kMostRank == HAPTABLE_P
               kMostLoaded == HAPTABLE_PAIR_PLACES && kDenseForm == HAPTABLE_PAIR_DENSE &&
               kTwiceForm == HAPTABLE_PAIR_TWICE);
 
-float finite(double value) { return to_float(value, "the coupling of two fingers holds a number that is not finite"); }
+float finite_in_pair(double value) {
+    return to_float(value, "the coupling of two fingers holds a number that is not finite");
+}
 
 std::array<float, 9> in_float(const Rows& block) {
     std::array<float, 9> to{};
-    for (std::size_t i = 0; i < 9; ++i) to[i] = finite(block.data()[i]);
+    for (std::size_t i = 0; i < 9; ++i) to[i] = finite_in_pair(block.data()[i]);
     return to;
 }
 
@@ -48,11 +50,11 @@ private:
     const ServoModel& servo_;
 };
 
-using Blocks = std::vector<std::array<float, 9>>;
+using PairBlocks = std::vector<std::array<float, 9>>;
 
 /// C_kl by its noise, which is that of C_kk and C_ll however far apart k and l lie.
-Blocks scaled_blocks(const PairTables& pair, const Scale& scale) {
-    Blocks to;
+PairBlocks scaled_blocks(const PairTables& pair, const Scale& scale) {
+    PairBlocks to;
     std::vector<double> own;  // largest entry of C_kk
     for (std::size_t k = 0, row = 0; k < pair.control_count && row < pair.block.size(); row += ++k) {
         own.push_back(Eigen::Map<const Rows>(pair.block[row + k].data()).cwiseAbs().maxCoeff());
@@ -69,7 +71,7 @@ Blocks scaled_blocks(const PairTables& pair, const Scale& scale) {
 }
 
 void require_finite(const std::vector<float>& values) {
-    for (const float value : values) finite(value);
+    for (const float value : values) finite_in_pair(value);
 }
 
 template <typename Rows_>
@@ -98,7 +100,7 @@ void define(const char* type, const char* name, const char* extent, const Rows_&
 }
 
 /// A force law for two.
-struct Law {
+struct PairLaw {
     const char* name;
     const haptable_pair_law* law;
     const haptable_pair_bend* bend;
@@ -108,7 +110,7 @@ struct Law {
 #define HAPTABLE_STIFFENING(name) \
     { "stiffening_" #name, &haptable_pair_stiffening_##name, &haptable_pair_bend_stiffening_##name }
 /// By force, whether the tables are packed, whether dents stiffen.
-constexpr Law kLaw[][2][2] = {
+constexpr PairLaw kPairLaw[][2][2] = {
 #define HAPTABLE_FORCE_LAW(NAME, WORD, TITLE, FUNCTION, PACKED, ...) \
     {{HAPTABLE_LAW(FUNCTION), HAPTABLE_STIFFENING(FUNCTION)}, {HAPTABLE_LAW(PACKED), HAPTABLE_STIFFENING(PACKED)}},
 #include "host/base/laws.inc"
@@ -116,9 +118,9 @@ constexpr Law kLaw[][2][2] = {
 #undef HAPTABLE_STIFFENING
 #undef HAPTABLE_LAW
 
-const Law& law_of(const Tables& tables, const haptable_model& model) {
-    return kLaw[static_cast<std::size_t>(tables.force)][tables.precision != Storage::kFloat32]
-               [model.stiffen != nullptr];
+const PairLaw& pair_law_of(const Tables& tables, const haptable_model& model) {
+    return kPairLaw[static_cast<std::size_t>(tables.force)][tables.precision != Storage::kFloat32]
+                   [model.stiffen != nullptr];
 }
 
 template <typename T>
@@ -180,16 +182,16 @@ ServoPair build_pair(const PairTables& pair, const Tables& tables, const ServoMo
     if (!pair.clusters.load_begin.empty()) order_loads(pair.clusters, servo.leaf_order, to);
     to.control_count = static_cast<std::uint16_t>(controls);
     to.finger_count = pair.finger_count;
-    to.meeting_m = finite(pair.meeting_m);
+    to.meeting_m = finite_in_pair(pair.meeting_m);
     return to;
 }
 
 haptable_pair_model pair_in_memory(const ServoPair& pair, const Tables& tables, const haptable_model& model) {
     haptable_pair_model to{};
     to.model = &model;
-    to.law = law_of(tables, model).law;
+    to.law = pair_law_of(tables, model).law;
     if (model.energy != nullptr) {
-        to.bend = law_of(tables, model).bend;
+        to.bend = pair_law_of(tables, model).bend;
         to.energy = haptable_pair_energy;
         if (model.frictionless == nullptr) to.settle = haptable_pair_settle;
     }
@@ -215,10 +217,6 @@ std::string coupling_bytes(const haptable_pair_model& from) {
     const std::uint32_t *const core_begin = from.core_begin, *const load_begin = from.load_begin;
     Bytes bytes;
     bytes.add(law);
-// NOLINTBEGIN(bugprone-macro-parentheses): names that are declared
-#define HAPTABLE_ADD_VALUE(type, name) bytes.add(from.name);
-#define HAPTABLE_ADD_TABLE(type, name, count) bytes.add_table(from.name, static_cast<std::size_t>(count));
-    // NOLINTEND(bugprone-macro-parentheses)
     HAPTABLE_PAIR_FIELDS(HAPTABLE_ADD_VALUE, HAPTABLE_ADD_TABLE)
     return bytes.take();
 }
@@ -263,7 +261,7 @@ void add_pair_values(const ServoPair& pair, const Tables& tables, const haptable
     const auto flag = [](bool is_set) { return is_set ? "yes" : ""; };
     values["pair_version"] = std::to_string(HAPTABLE_PAIR_VERSION);
     values["pair_tables"] = text;
-    values["pair_law"] = law_of(tables, model).name;
+    values["pair_law"] = pair_law_of(tables, model).name;
     values["pair_energy"] = flag(to.energy != nullptr);
     values["pair_settle"] = flag(to.settle != nullptr);
     values["pair_form"] = pair.is_exact() ? "exact" : "clusters";

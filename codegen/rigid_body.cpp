@@ -59,13 +59,13 @@ void require_sound(const TablesFolder& folder, const haptable_body& body) {
             if (!(value >= least && std::isfinite(value)))
                 folder.fail(kFile, fmt::format("{} holds {}: finite, at least {:g}", key, value, least));
     };
-    constexpr float kNone = -std::numeric_limits<float>::max();
+    constexpr float kLeast = -std::numeric_limits<float>::max();
     // NOLINTBEGIN(bugprone-macro-parentheses): names that are declared
-#define HAPTABLE_REQUIRE_VALUE(name) require(#name, {&body.name, 1}, kNone);
-#define HAPTABLE_REQUIRE_VECTOR(name, size) require(#name, body.name, kNone);
+#define HAPTABLE_REQUIRE_VALUE(name) require(#name, {&body.name, 1}, kLeast);
+#define HAPTABLE_REQUIRE_VECTOR(name, size) require(#name, body.name, kLeast);
     // NOLINTEND(bugprone-macro-parentheses)
     HAPTABLE_BODY_FIELDS(HAPTABLE_REQUIRE_VALUE, HAPTABLE_REQUIRE_VECTOR)
-    require("point_m", {&body.point_m[0][0], std::size(body.point_m) * 3}, kNone);
+    require("point_m", {&body.point_m[0][0], std::size(body.point_m) * 3}, kLeast);
     require("mass_kg", {&body.mass_kg, 1}, std::numeric_limits<float>::min());
     const float* const j = body.inertia_kg_m2;
     const auto at = [j](std::size_t i) { return static_cast<double>(j[i]); };
@@ -85,14 +85,14 @@ void require_sound(const TablesFolder& folder, const haptable_body& body) {
 }
 
 /// A literal that reads back to the same bits.
-std::string literal(float value) {
+std::string finite_literal(float value) {
     if (!std::isfinite(value)) throw Error("body.json holds a number that is not finite: make the tables again");
     return fmt::format("{:.8e}f", value);
 }
 
-std::string literal(std::span<const float> values) {
+std::string finite_literal(std::span<const float> values) {
     std::vector<std::string> list;
-    for (const float value : values) list.push_back(literal(value));
+    for (const float value : values) list.push_back(finite_literal(value));
     return fmt::format("{{{}}}", fmt::join(list, ", "));
 }
 
@@ -121,11 +121,11 @@ void refuse_free_body(const TablesFolder& folder, const char* who) {
 
 std::string rigid_body_fields(const haptable_body& body) {
     std::string text;
-#define HAPTABLE_WRITE(name, ...) text += fmt::format("    .{} = {},\n", #name, literal(body.name));
+#define HAPTABLE_WRITE(name, ...) text += fmt::format("    .{} = {},\n", #name, finite_literal(body.name));
     HAPTABLE_BODY_FIELDS(HAPTABLE_WRITE, HAPTABLE_WRITE)
     text += fmt::format("    .point_count = {},\n    .point_m = {{", body.point_count);
     for (std::uint32_t i = 0; i < std::max(1U, body.point_count); ++i)
-        text += fmt::format("{}{}", i == 0 ? "" : ", ", literal(body.point_m[i]));
+        text += fmt::format("{}{}", i == 0 ? "" : ", ", finite_literal(body.point_m[i]));
     text += "},\n";
     if (body.motion > 0) text += fmt::format("    .motion = {},\n", body.motion);
     return text + fmt::format("    .crc = 0x{:08x}u,\n", body.crc);

@@ -33,10 +33,10 @@ namespace haptable {
 namespace {
 
 // Each begins with a line's end.
-constexpr const char* kHeader =
+constexpr const char* kHeaderText =
 #include "codegen/model.h.in"
     ;
-constexpr const char* kSource =
+constexpr const char* kSourceText =
 #include "codegen/model.c.in"
     ;
 
@@ -158,28 +158,28 @@ private:
     std::string macro_, text_;
 };
 
-#define HAPTABLE_ADD_VALUE(type, name) to.add_value(#name, from.name);
-#define HAPTABLE_ADD_TABLE(type, name, count) \
+#define HAPTABLE_PUT_VALUE(type, name) to.add_value(#name, from.name);
+#define HAPTABLE_PUT_TABLE(type, name, count) \
     if (from.name != nullptr) to.add(#name, #name);
-#define HAPTABLE_ADD_COMPLIANCE_TABLE(type, name, count) \
+#define HAPTABLE_PUT_COMPLIANCE_TABLE(type, name, count) \
     if (from.name != nullptr) to.add(#name, compliance_name(#name));
 #define HAPTABLE_NAMED(function) {function, #function},
-#define HAPTABLE_ADD_FUNCTION(type, name, choices) to.add_function<type>(#name, from.name, {choices(HAPTABLE_NAMED)});
-#define HAPTABLE_ADD_PART(type, name) \
+#define HAPTABLE_PUT_FUNCTION(type, name, choices) to.add_function<type>(#name, from.name, {choices(HAPTABLE_NAMED)});
+#define HAPTABLE_PUT_PART(type, name) \
     if (from.name != nullptr) to.add(#name, "&" #name);
 
 std::string compliance_fields(const haptable_compliance* compliance) {
     if (compliance == nullptr) return "";
     const haptable_compliance& from = *compliance;
     Initialiser to("");
-    HAPTABLE_COMPLIANCE_FIELDS(HAPTABLE_ADD_VALUE, HAPTABLE_ADD_COMPLIANCE_TABLE)
+    HAPTABLE_COMPLIANCE_FIELDS(HAPTABLE_PUT_VALUE, HAPTABLE_PUT_COMPLIANCE_TABLE)
     to.add("span", "haptable_span_of_compliance");
     return to.text();
 }
 
 std::string model_fields(const haptable_model& from, const std::string& macro) {
     Initialiser to(macro);
-    HAPTABLE_MODEL_FIELDS(HAPTABLE_ADD_VALUE, HAPTABLE_ADD_TABLE, HAPTABLE_ADD_FUNCTION, HAPTABLE_ADD_PART)
+    HAPTABLE_MODEL_FIELDS(HAPTABLE_PUT_VALUE, HAPTABLE_PUT_TABLE, HAPTABLE_PUT_FUNCTION, HAPTABLE_PUT_PART)
     return to.text();
 }
 
@@ -347,7 +347,7 @@ ModelText model_text(const Tables& tables, const ServoModel& servo, const ServoP
     if (body_modes != nullptr) add_mode_values(*body_modes, values);
     if (pair != nullptr) add_pair_values(*pair, tables, model, values);
     if (held) add_tool_values(*held, values);
-    return {filled(kHeader + 1, values), filled(kSource + 1, values)};
+    return {filled(kHeaderText + 1, values), filled(kSourceText + 1, values)};
 }
 
 ModelSize generate_model(const TablesFolder& folder) {

@@ -16,13 +16,16 @@ namespace {
 
 static_assert(kMostPoints == HAPTABLE_POINTS);
 
-float finite(double value) { return to_float(value, "tool.json holds a number that is beyond a float's range"); }
+float finite_in_tool(double value) {
+    return to_float(value, "tool.json holds a number that is beyond a float's range");
+}
 
 }  // namespace
 
 ToolPoints points_of(const ToolTables& tool) {
     ToolPoints points;
-    for (const auto& p : tool.point_m) points.push_back({finite(p[0]), finite(p[1]), finite(p[2])});
+    for (const auto& p : tool.point_m)
+        points.push_back({finite_in_tool(p[0]), finite_in_tool(p[1]), finite_in_tool(p[2])});
     return points;
 }
 
@@ -33,9 +36,9 @@ haptable_tool_model tool_in_memory(const ToolTables& tool, const ToolPoints& poi
     haptable_tool_lay_out(&to.points);
     to.span = haptable_span_of_tool;
     to.point_m = reinterpret_cast<const float(*)[3]>(point.data());
-    to.max_torque_n_m = finite(tool.max_torque_n_m);
-    to.stiffness_n_per_m = finite(tool.stiffness_n_per_m);
-    to.turn_stiffness_n_m_per_rad = finite(tool.turn_stiffness_n_m_per_rad);
+    to.max_torque_n_m = finite_in_tool(tool.max_torque_n_m);
+    to.stiffness_n_per_m = finite_in_tool(tool.stiffness_n_per_m);
+    to.turn_stiffness_n_m_per_rad = finite_in_tool(tool.turn_stiffness_n_m_per_rad);
     for (const auto& p : point) to.reach_m = std::max(to.reach_m, std::hypot(p[0], p[1], p[2]));
     to.crc = pair.model->check != nullptr ? haptable_crc_of(&to, to.span) : 0;
     return to;
@@ -45,10 +48,6 @@ std::string tool_bytes(const haptable_tool_model& from) {
     const std::uint32_t point_count = from.points.count;
     Bytes bytes;
     bytes.add(point_count);
-// NOLINTBEGIN(bugprone-macro-parentheses): names that are declared
-#define HAPTABLE_ADD_VALUE(type, name) bytes.add(from.name);
-#define HAPTABLE_ADD_TABLE(type, name, count) bytes.add_table(from.name, static_cast<std::size_t>(count));
-    // NOLINTEND(bugprone-macro-parentheses)
     HAPTABLE_TOOL_FIELDS(HAPTABLE_ADD_VALUE, HAPTABLE_ADD_TABLE)
     return bytes.take();
 }

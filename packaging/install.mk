@@ -64,11 +64,8 @@ $(BUILD)/package/man/haptable-build.1: packaging/haptable-build packaging/man.tx
 # The library: the firmware and codegen's tables in memory, for others to link. The programs have the same objects.
 .PHONY: library
 library: $(LIBRARY)
-LIBRARY_CXX = $(wildcard host/library/*.cpp host/tables/*.cpp) $(addprefix host/base/,file.cpp hash.cpp json.cpp scene_options.cpp stiffening.cpp summary_lines.cpp) \
-    host/session/energy.cpp \
-    $(filter-out $(addprefix codegen/,main.cpp text.cpp display.cpp),$(wildcard codegen/*.cpp))
 LIBRARY_C = $(patsubst %,$(BUILD)/%.o,$(wildcard firmware/*.c))
-IN_LIBRARY = $(patsubst %,$(BUILD)/%.o,$(LIBRARY_CXX))
+IN_LIBRARY = $(patsubst %,%.o,$(filter $(BUILD)/units/library/%,$(UNITS)))
 SHARED = -fPIC -ffunction-sections -fdata-sections
 SHARED_PRECOMPILED = $(if $(PRECOMPILED),$(BUILD)/host/library/precompiled.hpp.gch)
 

@@ -1,31 +1,38 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-or-later
 #
-# units.sh [--write] FOLDER FILE.cpp...: prints the names of translation units FOLDER/*.cpp, each of which includes files
-# of one folder, as many as have 1400 lines together, and writes them. So the compiler reads headers and makes templates
-# once for all of them. What reads headers in another way ("#define float double") stands alone. A unit that is as it was
-# keeps its time. Called by make for the tests, from the project's root.
+# units.sh [--write] MOST PREFIX FILE.cpp...: prints the names of translation units PREFIX<room>.<number>.cpp, each of
+# which includes files of one folder, as many as have MOST lines together, and writes them. So the compiler reads headers
+# and makes templates once for all of them. What reads headers in another way (a macro for a keyword, the kernel's
+# headers), and CGAL's, which take a minute, stand alone. A unit that is as it was keeps its time.
 set -eu
 write=
 [ "$1" != --write ] || { write=yes && shift; }
-to=$1
-shift
-[ -z "$write" ] || mkdir -p "$to"
-printf '%s\n' "$@" | LC_ALL=C sort | xargs -r wc -l | awk -v most=1400 -v to="$to" -v write="$write" '
-    function put(unit, file) { text[to "/" unit ".cpp"] = text[to "/" unit ".cpp"] "#include \"" file "\"\n" }
+most=$1 prefix=$2
+shift 2
+[ -z "$write" ] || mkdir -p "$(dirname "$prefix.")"
+printf '%s\n' "$@" | LC_ALL=C sort | xargs -r wc -l | awk -v most="$most" -v prefix="$prefix" -v write="$write" '
+    # A main is a program of its own, and clang-tidy reads several in one unit.
+    function put(unit, file, is_main) {
+        is_main = file ~ /\/main\.cpp$/
+        unit = prefix unit ".cpp"
+        if (is_main) text[unit] = text[unit] "#define main main_" ++mains "\n"
+        text[unit] = text[unit] "#include \"" file "\"  // NOLINT(bugprone-suspicious-include)\n"
+        if (is_main) text[unit] = text[unit] "#undef main\n"
+    }
     $2 == "total" { next }
     {
         room = $2
         sub(/\/[^\/]*$/, "", room)
         gsub(/\//, "-", room)
         alone = 0
-        while ((getline line < $2) > 0) alone += line ~ /^#define float /
+        while ((getline line < $2) > 0) alone += line ~ /^#define float |^#include <(asm|CGAL)\//
         close($2)
-        if (alone) { put(room "-alone-" ++apart, $2); next }
+        if (alone) { put(room ".alone-" ++apart, $2); next }
         if (room != last || lines + $1 > most) { lines = 0; number = room == last ? number + 1 : 1 }
         last = room
         lines += $1
-        put(room "-" number, $2)
+        put(room "." number, $2)
     }
     END {
         for (unit in text) {

@@ -52,7 +52,7 @@ void mark_box(const Scene& scene, const Selection& selection, const char* key, c
 
 /// Nodes of the layer over the outermost one, which it has at the least; rounding of a plane's nodes is none.
 void mark_below(const Below& below, const TetMesh& mesh, Flags& flags) {
-    constexpr double kRounding = 1e-9;  // of the body's height
+    constexpr double kRoundingOfHeight = 1e-9;  // of the body's height
     double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
     const auto height = [&](std::size_t i) { return (below.is_turned ? -1.0 : 1.0) * mesh.position_m[i][below.axis]; };
     for (std::size_t i = 0; i < flags.size(); ++i) {
@@ -60,7 +60,7 @@ void mark_below(const Below& below, const TetMesh& mesh, Flags& flags) {
         highest = std::max(highest, height(i));
     }
     for (std::size_t i = 0; i < flags.size(); ++i)
-        if (height(i) <= lowest + below.depth_m + kRounding * (highest - lowest)) flags[i] = 1;
+        if (height(i) <= lowest + below.depth_m + kRoundingOfHeight * (highest - lowest)) flags[i] = 1;
 }
 
 /// The group that a selection names. Throws Error with all names where it has none of `what`.

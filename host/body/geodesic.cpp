@@ -40,7 +40,7 @@ double distance_between(const Eigen::Vector3d& p, const Eigen::Vector3d& q, cons
 
 // Views that are narrower are none, and a node so far beside a view is seen, both in radians: on a regular grid many
 // nodes stand exactly behind another.
-constexpr double kRounding = 1e-9;
+constexpr double kRoundingOfLength = 1e-9;
 // Added to the view behind a saddle on either side, in radians: more costs windows, none is missed.
 constexpr double kWider = 1e-6;
 
@@ -140,7 +140,7 @@ void SurfaceGraph::find_clear(std::span<const Eigen::Vector3d> position_m) {
         };
         look_around(previous(c), &SurfaceGraph::clockwise);
         look_around(next(c), &SurfaceGraph::counter_clockwise);
-        clear_m[at(c)] = clear * (1.0 - kRounding);
+        clear_m[at(c)] = clear * (1.0 - kRoundingOfLength);
     }
 }
 
@@ -236,7 +236,7 @@ void SurfaceDistance::look_through(const Window& w, std::int32_t behind) {
     const std::int32_t corner_a = previous(behind), corner_b = next(behind), c = surface_.node[at(behind)];
     const Vector2d edge = w.at_b - w.at_a, apex = surface_.apex[at(behind)];
     const Vector2d at_c = w.at_a + apex.x() * edge + apex.y() * Vector2d(edge.y(), -edge.x());
-    const double rounding = kRounding * at_c.lpNorm<1>();
+    const double rounding = kRoundingOfLength * at_c.lpNorm<1>();
     const double from_a = cross(w.ray_a, at_c), to_b = cross(at_c, w.ray_b);
     Vector2d ray_c = at_c;
     if (from_a >= -rounding && to_b >= -rounding) {

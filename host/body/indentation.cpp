@@ -15,12 +15,12 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kAtRest = 1e-5;      // of the force: what may be missing at the nodes, in the metric of K^-1
-constexpr std::size_t kKept = 12;     // pairs
-constexpr double kArmijo = 1e-4;      // of the slope: least descent of a step
-constexpr double kLeastPart = 1e-6;   // of a step
-constexpr double kRounding = 1e-14;   // of W
-constexpr double kCurvature = 1e-12;  // least s . y of a pair that is kept, of |s| |y|
+constexpr double kAtRest = 1e-5;           // of the force: what may be missing at the nodes, in the metric of K^-1
+constexpr std::size_t kKept = 12;          // pairs
+constexpr double kArmijo = 1e-4;           // of the slope: least descent of a step
+constexpr double kLeastPart = 1e-6;        // of a step
+constexpr double kRoundingOfWork = 1e-14;  // of W
+constexpr double kCurvature = 1e-12;       // least s . y of a pair that is kept, of |s| |y|
 
 }  // namespace
 
@@ -79,7 +79,7 @@ std::optional<Indentation::State> Indentation::line_search(const State& from, co
     while ((part *= 0.5) > kLeastPart) {
         State next;
         next.x = from.x - part * down;
-        const double most_j = from.energy_j + kArmijo * part * slope + kRounding * std::abs(from.energy_j);
+        const double most_j = from.energy_j + kArmijo * part * slope + kRoundingOfWork * std::abs(from.energy_j);
         if (!evaluate(next) || next.energy_j > most_j) continue;
         next.free = projected(next.gradient, next.finger_n);
         return next;

@@ -27,7 +27,6 @@ using Eigen::Vector3d;
 
 // As firmware/haptable_body.h has them.
 constexpr double kTick_s = 0.001;
-constexpr std::size_t kMostPoints = 8;
 
 // A tick's turn, relative to a second: where the midpoint rule is 2 % slow.
 constexpr double kMostFrequency_hz = 80.0;
@@ -66,8 +65,9 @@ std::int32_t farthest(const Body& body, Distance distance) {
 
 /// Mass, by whatever key, and inertia within what a tick computes in float.
 void require_moved(const Scene& scene, const RigidBody& rigid) {
-    constexpr double kRounding = 1e-9;  // of a sum over elements, where mass is given
-    if (!(rigid.mass_kg >= (1.0 - kRounding) * kLeastMass_kg && rigid.mass_kg <= (1.0 + kRounding) * kMostMass_kg))
+    constexpr double kRoundingOfSum = 1e-9;  // of a sum over elements, where mass is given
+    if (!(rigid.mass_kg >= (1.0 - kRoundingOfSum) * kLeastMass_kg &&
+          rigid.mass_kg <= (1.0 + kRoundingOfSum) * kMostMass_kg))
         fail(scene, fmt::format("density: the body has {:g} kg, and a servo moves {:g} to {:g} kg: give densities in "
                                 "kg/m^3 and the mesh in m ([mesh] scale)",
                                 rigid.mass_kg, kLeastMass_kg, kMostMass_kg));

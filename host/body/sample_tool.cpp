@@ -23,7 +23,7 @@ namespace {
 using Eigen::Vector3d;
 
 // So many places a face's points are chosen from: at 32 points some 100 to each.
-constexpr std::size_t kPlaces = 3000;
+constexpr std::size_t kTried = 3000;
 
 // Of the spacing, from a flat face's border to its outermost points. A punch's force and tilt are right to 2 % and 5 %
 // from seven points on, where the mask's radius is 0.7 of the spacing.
@@ -91,9 +91,9 @@ Face on_disc(const ToolShape& shape) {
         const double angle = 2.0 * std::numbers::pi * turns;
         return Vector3d(radius * std::cos(angle), radius * std::sin(angle), 0.0);
     };
-    for (std::size_t k = 0; k < kPlaces; ++k)
-        face.place.push_back(at(shape.radius_m * std::sqrt(middle(k, kPlaces)), turn(k)));
-    face.normal.assign(kPlaces, -Vector3d::UnitZ());
+    for (std::size_t k = 0; k < kTried; ++k)
+        face.place.push_back(at(shape.radius_m * std::sqrt(middle(k, kTried)), turn(k)));
+    face.normal.assign(kTried, -Vector3d::UnitZ());
     constexpr std::size_t kEdges = 360;
     for (std::size_t k = 0; k < kEdges; ++k)
         face.border.push_back({at(shape.radius_m, static_cast<double>(k) / kEdges),
@@ -137,8 +137,8 @@ Face on_mesh(const ToolShape& shape) {
             fmt::format("{}: none of its {} triangles faces along -z within {:g} degrees: turn the tool, so "
                         "that the side that touches faces down, or give a greater angle in [tool]",
                         shape.file.string(), soup.triangle.size(), shape.angle_deg));
-    for (std::size_t k = 0; k < kPlaces; ++k) {
-        const double to = face.area * middle(k, kPlaces);
+    for (std::size_t k = 0; k < kTried; ++k) {
+        const double to = face.area * middle(k, kTried);
         const auto found = static_cast<std::size_t>(std::upper_bound(until.begin(), until.end(), to) - until.begin());
         const std::size_t t = std::min(found, kept.size() - 1);
         // Even shares of a triangle: a square's, folded.

@@ -18,8 +18,8 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using Unknowns = std::span<const std::int32_t>;
 
-constexpr std::size_t kPlaces = 5;  // odd: a median is one of them
-constexpr std::size_t kWays = 3;    // that are solved for: along the normal, and two along the surface
+constexpr std::size_t kPressed = 5;  // odd: a median is one of them
+constexpr std::size_t kWays = 3;     // that are solved for: along the normal, and two along the surface
 
 /// [N] as columns, held nodes 0, from the unknowns' rows.
 Matrix3Xd spread(const VectorXd& x, Unknowns unknown) {
@@ -92,7 +92,7 @@ FingerLoad finger_at(const Body& body, const Masks& masks, std::int32_t node) {
 
 std::vector<FingerLoad> fingers_on(const Body& body, const Masks& masks) {
     std::vector<FingerLoad> fingers;
-    const std::size_t count = std::min(kPlaces, body.touch_node.size());
+    const std::size_t count = std::min(kPressed, body.touch_node.size());
     for (std::size_t k = 0; k < count; ++k)
         fingers.push_back(finger_at(body, masks, body.touch_node[(2 * k + 1) * body.touch_node.size() / (2 * count)]));
     return fingers;

@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 constexpr Eigen::Index kRows = 3 * kClusterPlaces;
-constexpr std::size_t kScaleBytes = 4, kVectorBytes = 6, kCoreBytes = 9, kBeginBytes = 4;
+constexpr std::size_t kScaleBytes = 4, kVectorBytes = 6, kCoreBytes = 9, kClusterBegin_bytes = 4;
 /// The couplings of two clusters at the most.
 using Tile = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kRows, kRows>;
 
@@ -306,7 +306,8 @@ struct Choice {
     }
     /// Bytes of all tables.
     std::size_t bytes(double most) const {
-        std::size_t sum = (kScaleBytes + kVectorBytes * most_rank) * places + kCoreBytes * error.size() + kBeginBytes;
+        std::size_t sum =
+            (kScaleBytes + kVectorBytes * most_rank) * places + kCoreBytes * error.size() + kClusterBegin_bytes;
         for (std::size_t pair = 0; pair < error.size(); ++pair) sum += form_bytes(of(pair, most), rows[pair]);
         return sum;
     }

@@ -14,6 +14,8 @@ namespace haptable {
 /// Bits of a device's buttons.
 inline constexpr std::int32_t kClutchButton = 1, kGrabButton = 2, kAcknowledgeButton = 4;
 
+inline constexpr double kDeviceTick_s = 1e-3;
+
 /// In the device's coordinates: metres, metres a second.
 struct Reading {
     Eigen::Vector3d position_m = Eigen::Vector3d::Zero();

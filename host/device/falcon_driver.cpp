@@ -14,7 +14,7 @@ namespace haptable {
 
 namespace {
 
-constexpr unsigned kBaud = 1'456'312;
+constexpr unsigned kFalconBaud = 1'456'312;
 constexpr std::uint8_t kAllHomed = 7;
 
 // libnifalcon's: a motor's value for a torque of its leg, N m; what a value's worth is nobody has measured here.
@@ -25,7 +25,7 @@ const Eigen::Vector3d kMiddle_m{0.0, 0.0, 0.11};
 class FalconDriver : public ExchangeDriver {
 public:
     explicit FalconDriver(const DriverOptions& options)
-        : ExchangeDriver(options.port, options), line_(Line::open(options.port, kBaud, Speeds::any)) {
+        : ExchangeDriver(options.port, options), line_(Line::open(options.port, kFalconBaud, Speeds::any)) {
         wait_for_first(
             options.patience_s,
             "is Novint's firmware loaded (findfalcons)? While its light is red, push the grip in and pull it "

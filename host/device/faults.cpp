@@ -101,8 +101,6 @@ void read_part(std::string_view text, FaultPlan& plan) {
     fail(text, "there is no such fault: there are " + names());
 }
 
-Clock::duration seconds(double s) { return std::chrono::nanoseconds(std::llround(1e9 * s)); }
-
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace
@@ -150,7 +148,7 @@ std::string to_text(const FaultPlan& plan) {
 Eigen::Vector3d DeviceFaults::see(const Eigen::Vector3d& position_m, Clock::time_point now) {
     if (now >= stuck_until_ && dice_.hits(plan_.stuck.share)) {
         stuck_at_m_ = position_m;
-        stuck_until_ = now + seconds(plan_.stuck.size);
+        stuck_until_ = now + in_seconds(plan_.stuck.size);
     }
     Eigen::Vector3d seen_m = now < stuck_until_ ? stuck_at_m_ : position_m;
     if (dice_.hits(plan_.jump.share)) {
@@ -163,7 +161,7 @@ Eigen::Vector3d DeviceFaults::see(const Eigen::Vector3d& position_m, Clock::time
 }
 
 bool DeviceFaults::is_gone(Clock::time_point now) {
-    if (now >= gone_until_ && dice_.hits(plan_.gone.share)) gone_until_ = now + seconds(plan_.gone.size);
+    if (now >= gone_until_ && dice_.hits(plan_.gone.share)) gone_until_ = now + in_seconds(plan_.gone.size);
     return now < gone_until_;
 }
 

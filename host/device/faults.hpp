@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstdint>
 #include <random>
 #include <string>
@@ -56,6 +57,8 @@ public:
 private:
     std::mt19937_64 random_;
 };
+
+inline Clock::duration in_seconds(double s) { return std::chrono::nanoseconds(std::llround(1e9 * s)); }
 
 /// Faults of encoders, clock and plug. Each is asked once a tick.
 class DeviceFaults {

@@ -7,8 +7,6 @@ namespace haptable {
 
 namespace {
 
-Clock::duration seconds(double s) { return std::chrono::nanoseconds(std::llround(1e9 * s)); }
-
 // Behind the message of the next tick, before that of the one after it.
 constexpr double kReorder_s = 0.0015;
 
@@ -23,8 +21,8 @@ void FaultyLane::put(std::span<const std::uint8_t> bytes, Clock::time_point now)
     if (dice_.hits(plan_.drop) || bytes.size() > kMost_bytes) return;
     double late_s = plan_.delay_s + plan_.jitter_s * dice_.uniform();
     if (dice_.hits(plan_.reorder)) late_s += kReorder_s;
-    keep(bytes, now + seconds(late_s));
-    if (dice_.hits(plan_.twice)) keep(bytes, now + seconds(late_s + plan_.jitter_s * dice_.uniform()));
+    keep(bytes, now + in_seconds(late_s));
+    if (dice_.hits(plan_.twice)) keep(bytes, now + in_seconds(late_s + plan_.jitter_s * dice_.uniform()));
 }
 
 void FaultyLane::keep(std::span<const std::uint8_t> bytes, Clock::time_point due) {

@@ -20,8 +20,8 @@ using Bytes = std::vector<std::uint8_t>;
 
 constexpr std::uint8_t kReset = 0, kSetUp = 1, kTorques = 2, kDevice = 5;
 constexpr std::size_t kAnswer = 1 + 2 * sizeof(float);
-constexpr unsigned kBaud = 57600;  // of no account over USB
-constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr unsigned kHapiBaud = 57600;  // of no account over USB
+constexpr double kRadiansPerDegree = std::numbers::pi / 180.0;
 
 void add(float value, Bytes& bytes) {
     const auto bits = std::bit_cast<std::uint32_t>(value);
@@ -49,7 +49,7 @@ Bytes set_up(int hardware) {
 class HapiDriver : public ExchangeDriver {
 public:
     explicit HapiDriver(const DriverOptions& options)
-        : ExchangeDriver(options.port, options), line_(Line::open(options.port, kBaud)) {
+        : ExchangeDriver(options.port, options), line_(Line::open(options.port, kHapiBaud)) {
         if (options.hardware == 3) linkage_.base_m = 0.038;
         line_.write(Bytes{kReset, 0});
         line_.write(set_up(options.hardware));
@@ -89,7 +89,7 @@ private:
     bool is_answer(const std::uint8_t* bytes, Reading& reading, bool& is_new) {
         const Eigen::Vector2d degrees(static_cast<double>(float_at(bytes + 5)),
                                       static_cast<double>(float_at(bytes + 1)));
-        const Eigen::Vector2d angle = kDegree * degrees;
+        const Eigen::Vector2d angle = kRadiansPerDegree * degrees;
         const bool is_turn = degrees.allFinite() && degrees.cwiseAbs().maxCoeff() <= 360.0;
         const auto end = bytes[0] == kDevice && is_turn ? linkage_.end_m(angle) : std::nullopt;
         if (!end) {

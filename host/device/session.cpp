@@ -18,7 +18,6 @@ namespace haptable {
 
 namespace {
 
-constexpr double kTick_s = 1e-3;
 constexpr std::int64_t kFlush_ticks = 100;
 
 // A servo that has been silent for this long gives no force any more; the servo judges the device likewise.
@@ -44,7 +43,7 @@ void sleep_until(Clock::time_point deadline) {
 /// 0 s: until it is interrupted.
 std::int64_t to_ticks(double seconds) {
     if (!(seconds > 0.0)) return std::numeric_limits<std::int64_t>::max();
-    return static_cast<std::int64_t>(std::ceil(seconds / kTick_s - 1e-6));
+    return static_cast<std::int64_t>(std::ceil(seconds / kDeviceTick_s - 1e-6));
 }
 
 }  // namespace
@@ -219,7 +218,7 @@ std::int64_t DeviceSession::tick_count() const {
 void DeviceSession::begin_tick(std::int64_t tick) {
     const Reading reading = driver_.read(tick);
     const Eigen::Vector3d goal_m = mapping_.to_body(reading.goal_m);
-    mapping_.follow(reading.position_m, (reading.buttons & kClutchButton) != 0, kTick_s, reading.wrist);
+    mapping_.follow(reading.position_m, (reading.buttons & kClutchButton) != 0, kDeviceTick_s, reading.wrist);
     if (mapping_.share() < 1.0) {
         ++report_.clutched_ticks;
         feel(body_force_n_, body_torque_n_m_);  // the ramp goes on though no answer comes
@@ -229,7 +228,8 @@ void DeviceSession::begin_tick(std::int64_t tick) {
     row_.tool = mapping_.tool();
     if (faults_) row_.encoder_m = faults_->device.see(row_.encoder_m, Clock::now());
     Eigen::Vector3d& oldest_m = reading_m_[static_cast<std::size_t>(tick) % kWindow_ticks];
-    const Eigen::Vector3d velocity_m_s = (row_.encoder_m - oldest_m) / (static_cast<double>(kWindow_ticks) * kTick_s);
+    const Eigen::Vector3d velocity_m_s =
+        (row_.encoder_m - oldest_m) / (static_cast<double>(kWindow_ticks) * kDeviceTick_s);
     oldest_m = row_.encoder_m;
     state_.utime = options_.lockstep ? tick * kTick.count() : utime_now();
     if (faults_) state_.utime = faults_->device.clock(state_.utime);

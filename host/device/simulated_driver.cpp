@@ -15,7 +15,6 @@ namespace {
 
 // 20 kHz: twenty times finer than the servo sees, and far above the hand's few hertz.
 constexpr int kSubsteps = 20;
-constexpr double kTick_s = 1e-3;
 
 std::int32_t button_of(const std::string& name) {
     if (name == "clutch") return kClutchButton;
@@ -59,7 +58,7 @@ HandGoal SimulatedDriver::goal(double time_s) const {
 }
 
 Reading SimulatedDriver::read(std::int64_t tick) {
-    const double time_s = static_cast<double>(tick) * kTick_s;
+    const double time_s = static_cast<double>(tick) * kDeviceTick_s;
     substep_ = 0;
     const HandGoal hand = goal(time_s);
     Reading reading{device_.encoder_m(), device_.velocity_m_s(), hand.position_m,
@@ -70,8 +69,8 @@ Reading SimulatedDriver::read(std::int64_t tick) {
 }
 
 void SimulatedDriver::advance(std::int64_t tick, double share) {
-    const double step_s = kTick_s / kSubsteps;
-    const double begin_s = static_cast<double>(tick) * kTick_s;
+    const double step_s = kDeviceTick_s / kSubsteps;
+    const double begin_s = static_cast<double>(tick) * kDeviceTick_s;
     const int until = static_cast<int>(std::min(share, 1.0) * kSubsteps);
     for (; substep_ < until; ++substep_) {
         const HandGoal hand = goal(begin_s + (substep_ + 0.5) * step_s);

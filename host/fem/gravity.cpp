@@ -4,7 +4,9 @@
 #include <algorithm>
 
 #include "host/fem/assembly.hpp"
+#include "host/fem/element_points.hpp"
 #include "host/fem/nodal_pressure.hpp"
+#include "host/mesh/quadratic_tet.hpp"
 
 namespace haptable {
 
@@ -12,37 +14,6 @@ namespace {
 
 using Eigen::Index;
 using Eigen::Matrix3d;
-
-/// A point of integration: of four nodes their one, of ten those of tet_points().
-struct Point {
-    double volume_m3;           ///< that it stands for
-    Eigen::Vector4d of_corner;  ///< the corners' linear shape functions
-    Eigen::Matrix3Xd gradient_per_m;
-};
-
-std::vector<Point> points_of(const ElementMesh& mesh, std::size_t t) {
-    if (!mesh.is_quadratic()) {
-        const TetGeometry g = tet_geometry(corners_of(mesh, t));
-        return {{g.volume_m3, Eigen::Vector4d::Constant(0.25), g.gradient_per_m}};
-    }
-    std::vector<Point> points;
-    for (const Eigen::Vector4d& at : tet_points()) {
-        const auto [det, gradient] = tet_point(ten_nodes_of(mesh, t), at);
-        points.push_back({det / 24.0, at, gradient});
-    }
-    return points;
-}
-
-/// Shape functions of all its nodes.
-Eigen::VectorXd values_at(const Eigen::Vector4d& t, bool quadratic) {
-    if (!quadratic) return t;
-    Eigen::VectorXd value(10);
-    for (Index c = 0; c < 4; ++c) value[c] = t[c] * (2.0 * t[c] - 1.0);
-    for (std::size_t e = 0; e < 6; ++e)
-        value[4 + static_cast<Index>(e)] =
-            4.0 * t[static_cast<Index>(kTetEdges[e][0])] * t[static_cast<Index>(kTetEdges[e][1])];
-    return value;
-}
 
 /// [T] pressures at the corners, Pa, of the changes of volume that are averaged there.
 std::vector<Eigen::Vector4d> nodal_pressures(const ElementMesh& mesh, const Eigen::Matrix3Xd& u) {
@@ -78,7 +49,7 @@ void fill_tet(const ElementMesh& mesh, std::size_t t, const Eigen::Matrix3Xd& u,
     Eigen::Matrix3Xd moves(3, count);
     for (Index a = 0; a < count; ++a) moves.col(a) = u.col(nodes[static_cast<std::size_t>(a)]);
     k.setZero(3 * count, 3 * count);
-    for (const Point& p : points_of(mesh, t)) {
+    for (const ElementPoint& p : points_of(mesh, t)) {
         const Matrix3d stress = stress_of(law * strain_of(moves * p.gradient_per_m.transpose())) +
                                 p.of_corner.dot(pressure_pa) * Matrix3d::Identity();
         for (Index a = 0; a < count; ++a)
@@ -96,8 +67,9 @@ Eigen::Matrix3Xd weight_of(const ElementMesh& mesh, std::span<const double> dens
     Eigen::Matrix3Xd force = Eigen::Matrix3Xd::Zero(3, static_cast<Index>(mesh.position_m.size()));
     for (std::size_t t = 0; t < mesh.corner.size(); ++t) {
         const std::vector<std::int32_t> nodes = nodes_of(mesh, t);
-        for (const Point& p : points_of(mesh, t)) {
-            const Eigen::VectorXd value = values_at(p.of_corner, mesh.is_quadratic());
+        for (const ElementPoint& p : points_of(mesh, t)) {
+            const Eigen::VectorXd value =
+                mesh.is_quadratic() ? Eigen::VectorXd(ten_values(p.of_corner)) : Eigen::VectorXd(p.of_corner);
             for (std::size_t a = 0; a < nodes.size(); ++a)
                 force.col(nodes[a]) +=
                     p.volume_m3 * density_kg_per_m3[t] * value[static_cast<Index>(a)] * acceleration_m_per_s2;

@@ -2,6 +2,7 @@
 #include "host/fem/mass.hpp"
 
 #include "host/fem/assembly.hpp"
+#include "host/mesh/quadratic_tet.hpp"
 
 namespace haptable {
 
@@ -37,15 +38,6 @@ std::vector<Point> points_of_degree_5() {
     return points;
 }
 
-Eigen::VectorXd values_at(const Eigen::Vector4d& t) {
-    Eigen::VectorXd value(10);
-    for (Index c = 0; c < 4; ++c) value[c] = t[c] * (2.0 * t[c] - 1.0);
-    for (std::size_t e = 0; e < 6; ++e)
-        value[4 + static_cast<Index>(e)] =
-            4.0 * t[static_cast<Index>(kTetEdges[e][0])] * t[static_cast<Index>(kTetEdges[e][1])];
-    return value;
-}
-
 /// int N_a N_b dV of one element, m^3.
 Eigen::MatrixXd shared_volume(const ElementMesh& mesh, std::size_t t) {
     static const std::vector<Point> points = points_of_degree_5();
@@ -58,7 +50,7 @@ Eigen::MatrixXd shared_volume(const ElementMesh& mesh, std::size_t t) {
     }
     Eigen::MatrixXd shared = Eigen::MatrixXd::Zero(10, 10);
     for (const Point& p : points) {
-        const Eigen::VectorXd value = values_at(p.at);
+        const Eigen::Vector<double, 10> value = ten_values(p.at);
         shared += tet_point(ten_nodes_of(mesh, t), p.at).det_m3 / 6.0 * p.share * value * value.transpose();
     }
     return shared;

@@ -33,12 +33,12 @@ private:
 
 /// M x. Eight columns side by side fill one cache line a row: that costs a third of what column after column does.
 Eigen::MatrixXd multiply(const Sparse& m, const Eigen::Ref<const Eigen::MatrixXd>& x) {
-    constexpr int kPanel = 8;
-    using Panel = Eigen::Matrix<double, Eigen::Dynamic, kPanel, Eigen::RowMajor>;
+    constexpr int kColumnsAtOnce = 8;
+    using Panel = Eigen::Matrix<double, Eigen::Dynamic, kColumnsAtOnce, Eigen::RowMajor>;
     Eigen::MatrixXd product(x.rows(), x.cols());
-    Panel from = Panel::Zero(x.rows(), kPanel), to(x.rows(), kPanel);
-    for (Eigen::Index first = 0; first < x.cols(); first += kPanel) {
-        const Eigen::Index count = std::min<Eigen::Index>(kPanel, x.cols() - first);
+    Panel from = Panel::Zero(x.rows(), kColumnsAtOnce), to(x.rows(), kColumnsAtOnce);
+    for (Eigen::Index first = 0; first < x.cols(); first += kColumnsAtOnce) {
+        const Eigen::Index count = std::min<Eigen::Index>(kColumnsAtOnce, x.cols() - first);
         from.leftCols(count) = x.middleCols(first, count);
         to.noalias() = m.transpose() * from;  // M is symmetric, and its transpose reads by rows
         product.middleCols(first, count) = to.leftCols(count);

@@ -29,7 +29,7 @@ namespace {
 
 constexpr int kWritePatience_ms = 1000;
 
-[[noreturn]] void fail(const std::string& what, const char* then = "") {
+[[noreturn]] void fail_opening(const std::string& what, const char* then = "") {
     throw Error(what + ": " + std::strerror(errno) + then);
 }
 
@@ -57,7 +57,7 @@ speed_t speed_of(unsigned baud) {
 void make_raw(int fd, const std::string& name, unsigned baud, Speeds speeds) {
     termios port{};
     const speed_t speed = speeds == Speeds::any ? B38400 : speed_of(baud);
-    if (tcgetattr(fd, &port) != 0) fail(name, ": is it a serial port?");
+    if (tcgetattr(fd, &port) != 0) fail_opening(name, ": is it a serial port?");
     cfmakeraw(&port);
     port.c_cflag &= ~static_cast<tcflag_t>(CSTOPB | CRTSCTS | HUPCL);
     port.c_cflag |= CLOCAL | CREAD;
@@ -66,7 +66,7 @@ void make_raw(int fd, const std::string& name, unsigned baud, Speeds speeds) {
     cfsetospeed(&port, speed);
     termios got{};
     // tcsetattr is content when it could change anything: what the port took has to be asked for.
-    if (tcsetattr(fd, TCSANOW, &port) != 0 || tcgetattr(fd, &got) != 0) fail(name, ": is it a serial port?");
+    if (tcsetattr(fd, TCSANOW, &port) != 0 || tcgetattr(fd, &got) != 0) fail_opening(name, ": is it a serial port?");
     if (cfgetospeed(&got) != speed || (got.c_cflag & (CSIZE | PARENB)) != CS8)
         throw Error(fmt::format("{}: does not take {} baud, 8N1: another --baud", name, baud));
     if (speeds == Speeds::any && !set_any_baud(fd, baud))
@@ -88,7 +88,7 @@ int connect_socket(const std::string& path) {
     path.copy(address.sun_path, path.size());
     const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     if (fd < 0 || connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
-        fail(path, ": does its other end listen?");
+        fail_opening(path, ": does its other end listen?");
     return fd;
 }
 
@@ -98,7 +98,7 @@ int open_pipe(const std::filesystem::path& path) {
     if (stat(path.c_str(), &status) != 0 || !S_ISFIFO(status.st_mode))
         throw Error(path.string() + ": not a named pipe: run mkfifo " + path.string());
     const int fd = ::open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
-    if (fd < 0) fail(path);
+    if (fd < 0) fail_opening(path);
     return fd;
 }
 
@@ -130,13 +130,13 @@ Line::~Line() {
 
 Line Line::open(const std::filesystem::path& path, unsigned baud, Speeds speeds) {
     struct stat status {};
-    if (stat(path.c_str(), &status) != 0) fail(path, ": is the microcontroller plugged in? ls /dev/tty*");
+    if (stat(path.c_str(), &status) != 0) fail_opening(path, ": is the microcontroller plugged in? ls /dev/tty*");
     if (S_ISSOCK(status.st_mode)) {
         const int fd = connect_socket(path);
         return {path, fd, fd};
     }
     const int fd = ::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
-    if (fd < 0) fail(path, ": may you open it? (group dialout)");
+    if (fd < 0) fail_opening(path, ": may you open it? (group dialout)");
     Line line(path, fd, fd);
     line.is_port_ = true;
     make_ours(fd, path);
@@ -152,13 +152,13 @@ Line Line::pipes(const std::filesystem::path& to_target, const std::filesystem::
 
 Line Line::program(const std::string& command) {
     std::array<int, 2> end{};
-    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, end.data()) != 0) fail("--run");
+    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, end.data()) != 0) fail_opening("--run");
     fcntl(end[0], F_SETFL, O_NONBLOCK);
     Line line(command, end[0], end[0]);
     const int failed = spawn({"sh", "-c", "exec " + command}, {end[1], end[1], STDERR_FILENO}, line.child_);
     close(end[1]);
     errno = failed;
-    if (failed != 0) fail("--run " + command);
+    if (failed != 0) fail_opening("--run " + command);
     return line;
 }
 

@@ -21,8 +21,8 @@ namespace {
 // An event: sync, number (8), time (8), length of the channel's name (4), of the data (4), name, data; the highest byte
 // first.
 constexpr std::array<std::uint8_t, 4> kSync{0xED, 0xA1, 0xDA, 0x01};
-constexpr std::size_t kHeader_bytes = 28;
-constexpr std::size_t kLongestChannel = 63;
+constexpr std::size_t kEventHeader_bytes = 28;
+constexpr std::size_t kMostOfChannel = 63;
 
 std::uint64_t number_at(std::span<const std::uint8_t> bytes, std::size_t at, std::size_t count) {
     std::uint64_t number = 0;
@@ -53,11 +53,11 @@ LogReader::LogReader(const std::filesystem::path& file) {
 LogReader::~LogReader() { munmap(const_cast<std::uint8_t*>(bytes_.data()), bytes_.size()); }
 
 std::optional<LogReader::Event> LogReader::event_at(std::size_t at) const {
-    if (bytes_.size() - at < kHeader_bytes) return std::nullopt;
+    if (bytes_.size() - at < kEventHeader_bytes) return std::nullopt;
     const std::size_t channel = number_at(bytes_, at + 20, 4), data = number_at(bytes_, at + 24, 4);
-    const std::size_t left = bytes_.size() - at - kHeader_bytes;
-    if (channel == 0 || channel > kLongestChannel || channel + data > left) return std::nullopt;
-    const std::size_t begin = at + kHeader_bytes;
+    const std::size_t left = bytes_.size() - at - kEventHeader_bytes;
+    if (channel == 0 || channel > kMostOfChannel || channel + data > left) return std::nullopt;
+    const std::size_t begin = at + kEventHeader_bytes;
     return Event{static_cast<std::int64_t>(number_at(bytes_, at + 4, 8)),
                  static_cast<std::int64_t>(number_at(bytes_, at + 12, 8)),
                  {reinterpret_cast<const char*>(bytes_.data()) + begin, channel},
@@ -76,7 +76,7 @@ std::optional<LogReader::Event> LogReader::next() {
         }
         if (at_ != end_of_last_) ++damaged_;
         if (!event) break;
-        at_ += kHeader_bytes + event->channel.size() + event->data.size();
+        at_ += kEventHeader_bytes + event->channel.size() + event->data.size();
         end_of_last_ = at_;
         return event;
     }

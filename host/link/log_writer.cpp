@@ -5,7 +5,7 @@ namespace haptable {
 
 namespace {
 
-constexpr std::uint64_t kSync = 0xEDA1DA01;
+constexpr std::uint64_t kSyncWord = 0xEDA1DA01;
 
 /// The highest byte first.
 void append_number(std::uint64_t number, int bytes, std::string& to) {
@@ -16,7 +16,7 @@ void append_number(std::uint64_t number, int bytes, std::string& to) {
 
 void LogWriter::add(std::string_view channel, std::span<const std::uint8_t> data, std::int64_t utime) {
     event_.clear();
-    append_number(kSync, 4, event_);
+    append_number(kSyncWord, 4, event_);
     append_number(number_++, 8, event_);
     append_number(static_cast<std::uint64_t>(utime), 8, event_);
     append_number(channel.size(), 4, event_);

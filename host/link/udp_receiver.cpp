@@ -31,7 +31,9 @@ constexpr std::size_t kLargestPacket_bytes = 65536;
 constexpr std::uint32_t kUdpHeader_bytes = 8;
 constexpr std::uint32_t kAncillary = static_cast<std::uint32_t>(SKF_AD_OFF);
 
-[[noreturn]] void fail(const std::string& what) { throw Error("LCM cannot receive: " + what + std::strerror(errno)); }
+[[noreturn]] void fail_receiving(const std::string& what) {
+    throw Error("LCM cannot receive: " + what + std::strerror(errno));
+}
 
 template <typename Number>
 Number number_of(std::string_view text, const std::string& url) {
@@ -84,7 +86,7 @@ public:
     }
     void attach_to(int fd) {
         const sock_fprog all{static_cast<unsigned short>(program_.size()), program_.data()};
-        if (setsockopt(fd, SOL_SOCKET, SO_ATTACH_FILTER, &all, sizeof all) != 0) fail("its filter: ");
+        if (setsockopt(fd, SOL_SOCKET, SO_ATTACH_FILTER, &all, sizeof all) != 0) fail_receiving("its filter: ");
     }
 
 private:
@@ -94,7 +96,7 @@ private:
 };
 
 void set(int fd, int level, int option, int value, const char* what) {
-    if (setsockopt(fd, level, option, &value, sizeof value) != 0) fail(what);
+    if (setsockopt(fd, level, option, &value, sizeof value) != 0) fail_receiving(what);
 }
 
 std::int64_t time_of(msghdr& message) {
@@ -132,7 +134,7 @@ UdpReceiver::UdpReceiver(const MulticastUrl& url, Senders senders)
     : senders_(senders),
       fd_(socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)),
       buffer_(kLargestPacket_bytes) {
-    if (fd_ < 0) fail("no socket: ");
+    if (fd_ < 0) fail_receiving("no socket: ");
     try {
         filter();                                                 // before it is bound: no packet comes past it
         set(fd_, SOL_SOCKET, SO_REUSEADDR, 1, "SO_REUSEADDR: ");  // servo, device, viewer and logger share the port
@@ -144,9 +146,10 @@ UdpReceiver::UdpReceiver(const MulticastUrl& url, Senders senders)
         at.sin_addr = url.group;  // what is sent to the machine's own address does not come here
         at.sin_port = htons(url.port);
         if (bind(fd_, reinterpret_cast<const sockaddr*>(&at), sizeof at) != 0)
-            fail("port " + std::to_string(url.port) + ": ");
+            fail_receiving("port " + std::to_string(url.port) + ": ");
         const ip_mreq group{url.group, {INADDR_ANY}};
-        if (setsockopt(fd_, IPPROTO_IP, IP_ADD_MEMBERSHIP, &group, sizeof group) != 0) fail("no multicast route: ");
+        if (setsockopt(fd_, IPPROTO_IP, IP_ADD_MEMBERSHIP, &group, sizeof group) != 0)
+            fail_receiving("no multicast route: ");
     } catch (...) {
         close(fd_);
         throw;

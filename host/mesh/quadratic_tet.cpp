@@ -37,6 +37,15 @@ TenNodes ten_nodes(std::span<const Eigen::Vector3d> position_m, const std::array
     return node_m;
 }
 
+Eigen::Vector<double, 10> ten_values(const Eigen::Vector4d& t) {
+    Eigen::Vector<double, 10> value;
+    for (Index c = 0; c < 4; ++c) value[c] = t[c] * (2.0 * t[c] - 1.0);
+    for (std::size_t e = 0; e < 6; ++e)
+        value[4 + static_cast<Index>(e)] =
+            4.0 * t[static_cast<Index>(kTetEdges[e][0])] * t[static_cast<Index>(kTetEdges[e][1])];
+    return value;
+}
+
 TetPoint tet_point(const TenNodes& node_m, const Eigen::Vector4d& t) {
     const Eigen::Matrix<double, 10, 3> along = derivatives(t);
     // Differences first: a body far from the origin keeps its digits.

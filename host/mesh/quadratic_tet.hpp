@@ -22,6 +22,9 @@ TenNodes ten_nodes(std::span<const Eigen::Vector3d> position_m, const std::array
 /// One value of each of the ten shape functions' gradients, 1/m.
 using TenGradients = Eigen::Matrix<double, 3, 10>;
 
+/// N at the barycentric coordinates t.
+Eigen::Vector<double, 10> ten_values(const Eigen::Vector4d& t);
+
 /// What the element is around one of its points.
 struct TetPoint {
     double det_m3 = 0.0;  ///< of dx/dt: six times the volume of a straight element; not positive where it is folded

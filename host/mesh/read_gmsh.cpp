@@ -24,14 +24,12 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kTriangle = 2, kTetrahedron = 4, kTriangle6 = 9, kTetrahedron10 = 11;  // Gmsh's numbers of the elements
-constexpr std::array<std::size_t, 6> kMiddles{0, 1, 2, 3, 5, 4};                     // between 01 12 20 03 23 13
+constexpr std::array<std::size_t, 6> kMiddlesOfGmsh{0, 1, 2, 3, 5, 4};               // between 01 12 20 03 23 13
 // Gmsh's tables take about 300 bytes a node, which takes 20 bytes or more in the file.
-constexpr std::size_t kLeastMemory_bytes = std::size_t{768} << 20;
-constexpr std::size_t kMemoryPerByte = 60;
-constexpr unsigned kCpu_s = 60;
-constexpr double kFarthest = 1e30;  // a coordinate beyond is damage
-
-[[noreturn]] void fail(const fs::path& file, const std::string& what) { throw Error(file.string() + ": " + what); }
+constexpr std::size_t kGmshLeast_bytes = std::size_t{768} << 20;
+constexpr std::size_t kGmshPerByte = 60;
+constexpr unsigned kGmshCpu_s = 60;
+constexpr double kFarthestCoordinate = 1e30;  // a coordinate beyond is damage
 
 std::size_t line_of(std::string_view text, std::size_t at) {
     return 1 + static_cast<std::size_t>(std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n'));
@@ -92,7 +90,7 @@ void require_plausible_nodes(const fs::path& file, std::string_view rest, std::i
         std::array<double, 3> x{};
         std::memcpy(&tag, rest.data() + k * kBytes, sizeof tag);
         std::memcpy(x.data(), rest.data() + k * kBytes + sizeof tag, sizeof x);
-        if (tag <= 0 || !std::all_of(x.begin(), x.end(), [](double c) { return std::abs(c) < kFarthest; }))
+        if (tag <= 0 || !std::all_of(x.begin(), x.end(), [](double c) { return std::abs(c) < kFarthestCoordinate; }))
             fail(file, fmt::format("$Nodes: record {} (number {}, at {:.4g} {:.4g} {:.4g}) is no node; the file is "
                                    "damaged or of another byte order",
                                    k + 1, tag, x[0], x[1], x[2]));
@@ -225,7 +223,7 @@ void add_elements(const Elements& elements, RawMesh& raw) {
     for (std::size_t k = 0; k < elements.tag.size(); ++k) {
         const std::vector<Tag> node = elements.nodes_of(k);
         if (elements.type == kTetrahedron || elements.type == kTetrahedron10)
-            raw.add_tet(elements.tag[k], node, kMiddles);
+            raw.add_tet(elements.tag[k], node, kMiddlesOfGmsh);
         else if (elements.dimension == 3)
             raw.add_other(elements.name, elements.tag[k]);
         else if (elements.dimension == 2)
@@ -294,8 +292,8 @@ RawMesh read_with_gmsh(const fs::path& file, std::string_view given, std::string
     if (kind == ".mesh") refuse_comma_decimals(file, text);
     const bool is_as_given = plain.empty() && fs::file_size(file) == text.size();  // without UTF-8's mark
     const Staged staged(file, text, kind, !is_as_given);
-    const ChildLimits limits{kLeastMemory_bytes + kMemoryPerByte * text.size(),
-                             kCpu_s + static_cast<unsigned>(text.size() >> 20)};
+    const ChildLimits limits{kGmshLeast_bytes + kGmshPerByte * text.size(),
+                             kGmshCpu_s + static_cast<unsigned>(text.size() >> 20)};
     const auto read = from_module<decltype(haptable_gmsh_read)>(file, "haptable-gmsh", "haptable_gmsh_read");
     const std::string bytes = run_in_child(file.string(), limits, [&] {
         std::string packed;

@@ -25,8 +25,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-[[noreturn]] void fail(const fs::path& file, const std::string& what) { throw Error(file.string() + ": " + what); }
-
 std::string read_whole(const fs::path& file) {
     std::error_code ignored;
     if (fs::is_directory(file, ignored)) fail(file, "is a folder, not a mesh file");

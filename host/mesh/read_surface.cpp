@@ -17,11 +17,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kLeastMemory_bytes = std::size_t{512} << 20;
-constexpr std::size_t kMemoryPerByte = 40;
-constexpr unsigned kCpu_s = 60;
-
-[[noreturn]] void fail(const fs::path& file, const std::string& what) { throw Error(file.string() + ": " + what); }
+constexpr std::size_t kCgalLeast_bytes = std::size_t{512} << 20;
+constexpr std::size_t kCgalPerByte = 40;
+constexpr unsigned kCgalCpu_s = 60;
 
 /// Binary: 80 bytes of anything, a count, 50 bytes a triangle. Text has facets, whatever its first line says.
 void check_stl(const fs::path& file, std::string_view text) {
@@ -36,8 +34,8 @@ void check_stl(const fs::path& file, std::string_view text) {
 
 RawMesh read_surface(const fs::path& file, std::string_view text, SurfaceKind kind) {
     if (kind == SurfaceKind::kStl) check_stl(file, text);
-    const ChildLimits limits{kLeastMemory_bytes + kMemoryPerByte * text.size(),
-                             kCpu_s + static_cast<unsigned>(text.size() >> 20)};
+    const ChildLimits limits{kCgalLeast_bytes + kCgalPerByte * text.size(),
+                             kCgalCpu_s + static_cast<unsigned>(text.size() >> 20)};
     const auto read = from_module<decltype(haptable_cgal_read)>(file, "haptable-cgal", "haptable_cgal_read");
     const std::string bytes = run_in_child(file.string(), limits, [&] {
         std::string packed;

@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // As TetGen 1.5 -o2 writes them: between 23 03 01 12 13 20.
-constexpr std::array<std::size_t, 6> kMiddles{2, 3, 5, 1, 4, 0};
+constexpr std::array<std::size_t, 6> kMiddlesOfTetgen{2, 3, 5, 1, 4, 0};
 constexpr std::size_t kLeastBytes = 6;  // of a record: "0 0 0\n" and more
 
 void read_nodes(const fs::path& file, RawMesh& raw) {
@@ -46,7 +46,7 @@ void read_tets(const fs::path& file, RawMesh& raw) {
         for (std::size_t c = 0; c < corners; ++c) node.push_back(in.whole(1 + c, "a node's number"));
         if (region && in.size() > corners + 1)
             raw.group[std::string(in.fields()[corners + 1])].tet.push_back(raw.tet.size());
-        raw.add_tet(in.whole(0, "a tetrahedron's number"), node, kMiddles);
+        raw.add_tet(in.whole(0, "a tetrahedron's number"), node, kMiddlesOfTetgen);
     }
 }
 

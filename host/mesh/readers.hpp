@@ -10,6 +10,7 @@
 #include <string_view>
 #include <utility>
 
+#include "host/base/error.hpp"
 #include "host/base/text.hpp"
 #include "host/mesh/raw_mesh.hpp"
 
@@ -33,6 +34,10 @@ struct MeshFile {
     std::string_view first;  ///< the same, from the first character that is no blank
     std::string ending;      ///< of its name, in lower case
 };
+
+[[noreturn]] inline void fail(const std::filesystem::path& file, const std::string& what) {
+    throw Error(file.string() + ": " + what);
+}
 
 #define HAPTABLE_MESH_FORMAT(NAME, ...)   \
     bool is_##NAME(const MeshFile& file); \

@@ -16,7 +16,7 @@ namespace haptable {
 
 namespace {
 
-constexpr double kSamePlace = 1e-6;  // of the diagonal: ten times the rounding of a float coordinate
+constexpr double kSameCorner = 1e-6;  // of the diagonal: ten times the rounding of a float coordinate
 
 /// Points by the cell of a grid that they lie in: what is near lies in a cell beside.
 class Grid {
@@ -62,7 +62,7 @@ std::string place(const Eigen::Vector3d& p) { return fmt::format("({:.6g}, {:.6g
 
 std::size_t weld(Soup& soup) {
     const Eigen::AlignedBox3d box = box_of(soup);
-    const double radius = kSamePlace * box.diagonal().norm();
+    const double radius = kSameCorner * box.diagonal().norm();
     if (!(radius > 0.0)) return 0;
     std::vector<Eigen::Vector3d> centred = soup.point;
     for (Eigen::Vector3d& p : centred) p -= box.center();

@@ -16,8 +16,6 @@ namespace haptable {
 
 namespace {
 
-using nlohmann::json;
-
 constexpr const char* kHead =
 #include "host/precompute/check_page.html.in"
     ;
@@ -34,7 +32,7 @@ std::string escaped(const std::string& text) {
     return out;
 }
 
-json point(const Body& body, std::int32_t node) {
+nlohmann::json point(const Body& body, std::int32_t node) {
     const Eigen::Vector3d& x = body.mesh.position_m[at(node)];
     // Six digits are a thousandth of a pixel.
     const auto shortened = [](double v) { return std::stod(fmt::format("{:.6g}", v)); };
@@ -47,21 +45,21 @@ double farthest_m(const Body& body) {
     return away_m.empty() ? 0.0 : *std::max_element(away_m.begin(), away_m.end());
 }
 
-json points(const Body& body, const std::vector<std::int32_t>& nodes) {
-    json list = json::array();
+nlohmann::json points(const Body& body, const std::vector<std::int32_t>& nodes) {
+    nlohmann::json list = nlohmann::json::array();
     for (const std::int32_t node : nodes) list.push_back(point(body, node));
     return list;
 }
 
 /// Nodes of the surface, renumbered; its patches and their kinds.
-void add_surface(const Body& body, json& data) {
+void add_surface(const Body& body, nlohmann::json& data) {
     std::vector<Patch> touchable = body.touch_patch;
     std::sort(touchable.begin(), touchable.end());
     std::vector<std::int32_t> place(body.mesh.position_m.size(), -1);
     for (std::size_t i = 0; i < body.surface.node.size(); ++i)
         place[at(body.surface.node[i])] = static_cast<std::int32_t>(i);
     data["point"] = points(body, body.surface.node);
-    data["patch"] = data["kind"] = json::array();
+    data["patch"] = data["kind"] = nlohmann::json::array();
     for (const Patch& patch : body.surface.patch) {
         const bool held = std::all_of(patch.begin(), patch.end(), [&](std::int32_t n) { return body.is_fixed(n); });
         const bool touched = std::binary_search(touchable.begin(), touchable.end(), patch);
@@ -70,13 +68,13 @@ void add_surface(const Body& body, json& data) {
     }
 }
 
-json data_of(const Body& body, const Audit& audit, const std::vector<std::int32_t>& under_constrained) {
+nlohmann::json data_of(const Body& body, const Audit& audit, const std::vector<std::int32_t>& under_constrained) {
     const Eigen::Vector3d &low = audit.box_m.min(), &high = audit.box_m.max();
-    json data{{"box", {low.x(), low.y(), low.z(), high.x(), high.y(), high.z()}},
-              {"loose", points(body, under_constrained)},
-              {"hinge_node", points(body, audit.hinge_node)},
-              {"hinge_edge", json::array()},
-              {"worst", json::array()}};
+    nlohmann::json data{{"box", {low.x(), low.y(), low.z(), high.x(), high.y(), high.z()}},
+                        {"loose", points(body, under_constrained)},
+                        {"hinge_node", points(body, audit.hinge_node)},
+                        {"hinge_edge", nlohmann::json::array()},
+                        {"worst", nlohmann::json::array()}};
     add_surface(body, data);
     if (farthest_m(body) > 0.0) {
         data["farthest"] = farthest_m(body);

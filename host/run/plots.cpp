@@ -22,7 +22,7 @@ namespace {
 using Points = std::vector<std::array<double, 2>>;
 
 constexpr std::size_t kColumns = 800;  // of a plot, in pixels
-constexpr std::chrono::seconds kPatience{60};
+constexpr std::chrono::seconds kPlotPatience{60};
 
 struct Curve {
     std::string name;
@@ -214,7 +214,7 @@ std::vector<Plot> draw_plots(const Timeline& timeline, const std::filesystem::pa
     for (const Figure& figure : all) script += script_of(figure);
     write_file(scratch / "plots.gp", script);
     Child gnuplot("gnuplot", {"gnuplot", "plots.gp"}, scratch.string());
-    gnuplot.wait(kPatience);
+    gnuplot.wait(kPlotPatience);
     if (!gnuplot.is_well()) throw Error(gnuplot.how_it_ended() + "; for plots: apt-get install gnuplot-nox");
     std::vector<Plot> plots;
     for (const Figure& figure : all)

@@ -152,7 +152,7 @@ void visit_members(Of& scene, const Visit& visit) {
 constexpr std::string_view kTaken[] = {
     "against", "bin",      "codegen", "contact",  "demo", "error",   "figures", "firmware", "fuzz",  "hard",
     "host",    "lab",      "large",   "lcm",      "lib",  "masks",   "modes",   "package",  "peers", "python",
-    "quick",   "realtime", "report",  "sanitize", "scan", "strokes", "tests",   "tidy",     "ways"};
+    "quick",   "realtime", "report",  "sanitize", "scan", "strokes", "tests",   "tidy",     "units", "ways"};
 
 /// The name is a folder's, a C identifier's (after codegen has mended it) and a message's.
 void check_name(const Section& root, const std::string& name) {

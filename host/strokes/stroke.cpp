@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 
 constexpr double kSlowest_m_s = 0.01, kFastest_m_s = 2.0, kPass_m_s = 5.0;
 // Depth and height as parts of the body's size.
-constexpr double kShallow = 1e-4, kDeep = 0.05, kHigh = 0.02;
+constexpr double kShallow = 1e-4, kDeepest = 0.05, kHigh = 0.02;
 constexpr std::size_t kMostTicksOfLine = 200;
 
 /// Well mixed bits of two numbers (Steele, Lea and Flood's SplitMix64).
@@ -120,7 +120,7 @@ double StrokeMaker::sharpness(std::size_t patch, std::size_t corner) const {
 void StrokeMaker::slide(Pen& pen) const {
     const std::size_t patch = any_patch(pen);
     const Vector3d n = normal(patch), g = any_point(patch, pen);
-    const double depth = size_m_ * pen.scale(kShallow, kDeep), high = size_m_ * pen.scale(kShallow, kHigh);
+    const double depth = size_m_ * pen.scale(kShallow, kDeepest), high = size_m_ * pen.scale(kShallow, kHigh);
     pen.put(g + high * n);
     pen.reach(g - depth * n, pen.speed());
     for (std::size_t turn = 1 + pen.below(5); turn > 0; --turn) {
@@ -133,7 +133,7 @@ void StrokeMaker::slide(Pen& pen) const {
 /// From patch to neighbouring patch, at a depth under each: over edges and into creases.
 void StrokeMaker::follow(Pen& pen) const {
     std::size_t patch = any_patch(pen);
-    const double depth = size_m_ * pen.scale(kShallow, kDeep), speed = pen.speed();
+    const double depth = size_m_ * pen.scale(kShallow, kDeepest), speed = pen.speed();
     pen.put(any_point(patch, pen) + size_m_ * pen.scale(kShallow, kHigh) * normal(patch));
     for (std::size_t steps = 2 + pen.below(14); steps > 0; --steps) {
         pen.line(any_point(patch, pen) - depth * normal(patch), speed);
@@ -151,7 +151,7 @@ void StrokeMaker::cross_edge(Pen& pen) const {
     }
     const Vector3d a = corner(patch, (c + 1) % 3), b = corner(patch, (c + 2) % 3), n = normal(patch);
     const Vector3d middle = a + pen.between(0.0, 1.0) * (b - a), across = (b - a).cross(n).normalized();
-    const double depth = size_m_ * pen.scale(kShallow, kDeep), reach = size_m_ * pen.scale(0.005, 0.1);
+    const double depth = size_m_ * pen.scale(kShallow, kDeepest), reach = size_m_ * pen.scale(0.005, 0.1);
     pen.put(middle - 0.5 * reach * across + 2.0 * depth * n);
     pen.reach(middle - 0.5 * reach * across - depth * n, pen.speed());
     const double speed = pen.speed();
@@ -166,7 +166,7 @@ void StrokeMaker::cross_edge(Pen& pen) const {
 void StrokeMaker::loop(Pen& pen) const {
     const std::size_t patch = any_patch(pen);
     const Vector3d n = normal(patch), g = any_point(patch, pen);
-    const double depth = size_m_ * pen.scale(1e-3, kDeep), side = size_m_ * pen.scale(0.005, 0.1);
+    const double depth = size_m_ * pen.scale(1e-3, kDeepest), side = size_m_ * pen.scale(0.005, 0.1);
     const Vector3d one = side * pen.along(n), two = pen.between(-1, 1) * one + side * pen.between(-1, 1) * pen.along(n);
     const double speed = std::max(pen.speed(), side / (kTick_s * kMostTicksOfLine));
     pen.put(g + size_m_ * 0.005 * n);
@@ -206,7 +206,7 @@ void StrokeMaker::tremble(Pen& pen) const {
 /// In and out, from place to place.
 void StrokeMaker::poke(Pen& pen) const {
     std::size_t patch = any_patch(pen);
-    const double depth = size_m_ * pen.scale(kShallow, kDeep);
+    const double depth = size_m_ * pen.scale(kShallow, kDeepest);
     pen.put(any_point(patch, pen) + depth * normal(patch));
     for (std::size_t turn = 2 + pen.below(5); turn > 0; --turn) {
         const Vector3d g = any_point(patch, pen), n = (normal(patch) + 0.5 * pen.direction()).normalized();
@@ -221,7 +221,7 @@ void StrokeMaker::poke(Pen& pen) const {
 void StrokeMaker::begin_inside(Pen& pen) const {
     const std::size_t patch = any_patch(pen);
     const Vector3d n = normal(patch), g = any_point(patch, pen);
-    const double depth = size_m_ * pen.scale(kShallow, kDeep);
+    const double depth = size_m_ * pen.scale(kShallow, kDeepest);
     pen.put(g - depth * n);
     pen.line(pen.at + depth * pen.direction(), pen.speed());
     pen.line(g + depth * n, pen.speed());

@@ -12,7 +12,6 @@
 namespace haptable {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 
 namespace {
 
@@ -30,7 +29,7 @@ bool is_regular(const fs::path& path) {
 }
 
 /// 16 hex digits; 0 where there are none.
-std::uint64_t hash_in(const json& facts, const char* key, const fs::path& path) {
+std::uint64_t hash_in(const nlohmann::json& facts, const char* key, const fs::path& path) {
     const auto text = facts.find(key);
     if (text == facts.end()) return 0;
     const std::string digits = text->is_string() ? text->get<std::string>() : "";
@@ -45,7 +44,7 @@ std::uint64_t hash_in(const json& facts, const char* key, const fs::path& path) 
 
 struct TablesFolder::Content {
     fs::path path;
-    json facts;
+    nlohmann::json facts;
     std::uint64_t model_hash = 0, tables_hash = 0;
     std::map<std::string, std::string> hash;  ///< by file
     std::mutex lock;                          ///< of what follows
@@ -59,13 +58,14 @@ TablesFolder::TablesFolder(fs::path path) : content_(std::make_shared<Content>()
     if (!fs::exists(file, ignored))
         throw Error(file.string() + ": is not there: make the tables with haptable-precompute");
     if (!is_regular(file)) fail(kFacts, "is no file");
-    json& facts = content_->facts;
+    nlohmann::json& facts = content_->facts;
     facts = parse_json_or_discard(read_file(file));
     const auto hashes = facts.is_object() ? facts.find("hash") : facts.end();
     if (!facts.is_object() || hashes == facts.end() || !hashes->is_object())
         fail(kFacts, "is not of haptable-precompute");
     for (const auto& [name, hash] : hashes->items()) {
-        if (!is_plain(name)) fail(kFacts, "names " + json_text(json(name)) + ", which is no file of its folder");
+        if (!is_plain(name))
+            fail(kFacts, "names " + json_text(nlohmann::json(name)) + ", which is no file of its folder");
         content_->hash[name] = hash.is_string() ? hash.get<std::string>() : "";
     }
     content_->model_hash = hash_in(facts, "model_hash", file);
@@ -82,10 +82,10 @@ std::optional<TablesFolder> TablesFolder::if_whole(const fs::path& path) try {
 
 const fs::path& TablesFolder::path() const { return content_->path; }
 
-const json& TablesFolder::facts() const { return content_->facts; }
+const nlohmann::json& TablesFolder::facts() const { return content_->facts; }
 
 SceneOptions TablesFolder::options() const {
-    const json values = parse_json_or_discard(read_file(file(kOptions)));
+    const nlohmann::json values = parse_json_or_discard(read_file(file(kOptions)));
     if (!values.is_object()) fail(kOptions, "is not JSON");
     return SceneOptions(values);
 }

@@ -16,7 +16,6 @@ namespace haptable {
 
 namespace {
 
-using nlohmann::json;
 namespace fs = std::filesystem;
 
 /// The rows of a .npy file of shape [any, k...], k many values a row.
@@ -103,7 +102,7 @@ void read_options(const TablesFolder& folder, const SceneOptions& o, Tables& tab
     if (o.has("tables.flash_budget")) tables.flash_budget = o.at("tables.flash_budget").get<std::uintmax_t>();
     if (o.has("tables.display_rows")) o.at("tables.display_rows").get_to(tables.display_rows);
     tables.display_precision = o.choice<Storage>("tables.display_precision");
-} catch (const json::exception& error) {
+} catch (const nlohmann::json::exception& error) {
     folder.fail("options.json", fmt::format("is not of haptable-precompute ({})", error.what()));
 } catch (const Error& error) {
     folder.fail("options.json", error.what());
@@ -116,7 +115,7 @@ void check_curve(const TablesFolder& folder, const StiffeningCurve& curve) {
 
 /// How the run stored what it computed.
 void read_facts(const TablesFolder& folder, Tables& tables) try {
-    const json& facts = folder.facts();
+    const nlohmann::json& facts = folder.facts();
     tables.model_hash = folder.model_hash();
     tables.tables_hash = folder.tables_hash();
     const std::string drawing = facts.at("drawing").get<std::string>();
@@ -127,10 +126,10 @@ void read_facts(const TablesFolder& folder, Tables& tables) try {
         fit->at("energy_j").get_to(tables.stiffening.energy_j);
         check_curve(folder, tables.stiffening);
     }
-    const json columns = facts.value("columns", json::object());
+    const nlohmann::json columns = facts.value("columns", nlohmann::json::object());
     tables.half_columns = columns.value("format", "") == "float16";
     tables.column_unit_m_per_n = columns.value("unit_m_per_n", 1.0);
-} catch (const json::exception& error) {
+} catch (const nlohmann::json::exception& error) {
     folder.fail("tables.json", fmt::format("is not of haptable-precompute ({})", error.what()));
 }
 

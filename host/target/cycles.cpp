@@ -20,7 +20,7 @@ namespace haptable {
 namespace {
 
 /// What a shell command prints; empty when it fails.
-std::string output_of(const std::string& command) {
+std::string printed_by(const std::string& command) {
     ShellResult ran = run_shell(command + " 2>/dev/null");
     return ran.status == 0 ? std::move(ran.out) : std::string();
 }
@@ -62,7 +62,7 @@ private:
 /// Address and text of every instruction of the image: "  1850:   \tvldr\ts15, [r2]".
 std::map<std::uint64_t, std::string> disassemble(const TargetImage& image) {
     std::map<std::uint64_t, std::string> text;
-    std::istringstream lines(output_of(
+    std::istringstream lines(printed_by(
         fmt::format("llvm-objdump -d --no-show-raw-insn --mcpu={} {}", image.target(), shell_quoted(image.elf()))));
     for (std::string line; std::getline(lines, line);) {
         const std::size_t tab = line.find('\t'), colon = line.find(':');
@@ -99,8 +99,8 @@ std::optional<std::uint64_t> estimate_cycles(const TargetImage& image, const Tar
     }
     const std::filesystem::path file = image.elf().parent_path() / "tick.s";
     write_file(file, executed);
-    return total_cycles(output_of(fmt::format("llvm-mca -mtriple=thumbv7em-none-eabihf -mcpu={} -iterations=1 {}",
-                                              image.target(), shell_quoted(file))));
+    return total_cycles(printed_by(fmt::format("llvm-mca -mtriple=thumbv7em-none-eabihf -mcpu={} -iterations=1 {}",
+                                               image.target(), shell_quoted(file))));
 }
 
 template std::optional<std::uint64_t> estimate_cycles(const TargetImage& image, const TargetPath<3>& path_m,

@@ -30,7 +30,7 @@ constexpr float kRoomTop = 0.20F;  // above the rest shape, for an arrow
 
 Vector3f share(const Rgb8& color) { return Vector3f(color[0], color[1], color[2]) / 255.0F; }
 
-std::vector<Vector3f> turned(const std::vector<Vector3f>& points, const Eigen::Matrix3f& turn) {
+std::vector<Vector3f> turned_points(const std::vector<Vector3f>& points, const Eigen::Matrix3f& turn) {
     std::vector<Vector3f> out;
     for (const Vector3f& p : points) out.emplace_back(turn * p);
     return out;
@@ -123,7 +123,7 @@ const Rgb8& plain_color(int number) { return kPlainColors.at(static_cast<std::si
 
 Renderer::Renderer(const ViewOptions& view, const DrawnSurface& surface)
     : upright_(upright(view.up)),
-      upright_m_(turned(surface.rest_m, upright_)),
+      upright_m_(turned_points(surface.rest_m, upright_)),
       low_m_(lowest(upright_m_)),
       high_m_(highest(upright_m_)),
       size_m_(size_of(high_m_ - low_m_)),

@@ -15,7 +15,6 @@ namespace haptable {
 namespace {
 
 constexpr int kSubsteps = 20;  // as the simulated device's
-constexpr double kTick_s = 1e-3;
 // The pointer comes in steps of a picture: a hand goes between them.
 constexpr double kGoal_ticks = 25.0;
 constexpr int kPriority = 49;
@@ -72,17 +71,17 @@ Reading PointerDriver::read(std::int64_t) {
     const double share = 1.0 - std::exp(-1.0 / kGoal_ticks);
     const Eigen::Vector3d step_m = share * (wish_.goal_m - goal_.position_m);
     goal_.position_m += step_m;
-    goal_.velocity_m_s = step_m / kTick_s;
+    goal_.velocity_m_s = step_m / kDeviceTick_s;
     substep_ = 0;
     return {device_.encoder_m(), device_.velocity_m_s(), goal_.position_m, wish_.buttons};
 }
 
 void PointerDriver::advance(std::int64_t, double share) {
-    const double step_s = kTick_s / kSubsteps;
+    const double step_s = kDeviceTick_s / kSubsteps;
     const int until = static_cast<int>(std::min(share, 1.0) * kSubsteps);
     for (; substep_ < until; ++substep_) {
         // Evenly from the last tick's goal to this one's.
-        const double left_s = kTick_s - (substep_ + 0.5) * step_s;
+        const double left_s = kDeviceTick_s - (substep_ + 0.5) * step_s;
         device_.advance({goal_.position_m - left_s * goal_.velocity_m_s, goal_.velocity_m_s}, step_s);
     }
 }
