@@ -135,9 +135,11 @@ static enum going foresee(const struct haptable_points_model* of, void* state, f
     return goes;
 }
 
-/* A point before it goes: its god-object, and whether it was in T. */
+/* A point before it goes: its god-object and load, where its surface was, and whether it was in T. */
 struct start {
     struct haptable_contact at;
+    float load_n[3];
+    float raised_m;
     uint8_t presses;
 };
 
@@ -155,14 +157,29 @@ static void go(const struct haptable_points_model* of, void* state, uint32_t cou
         point[i].at = from[i].at;
         vec_copy(from[i].at.god_object_m, to_m);
         vec_add_scaled(part, way_m[i], to_m);
-        if (part > 0.0f) (void)haptable_contact_slide(of->pair->model, to_m, &point[i].at, &steps);
+        (void)haptable_contact_slide(of->pair->model, to_m, &point[i].at, &steps);
         point[i].is_known = 0;
     }
 }
 
+/* To where each was, with its load. C has the rows of those that went at the next tick. */
+static void go_back(const struct haptable_points_model* of, void* state, uint32_t count, const struct start from[],
+                    const float (*way_m)[3]) {
+    struct haptable_point* point = haptable_points_in(of, state);
+    for (uint32_t i = 0; i < count; ++i) {
+        point[i].presses = from[i].presses;
+        vec_copy(from[i].load_n, point[i].load_n);
+        point[i].raised_m = from[i].raised_m;
+        if (!point[i].is_inside || !(vec_length2(way_m[i]) > 0.0f)) continue;
+        point[i].at = from[i].at;
+        point[i].is_known = 0;
+    }
+    haptable_points_factor(of, state);
+}
+
 void haptable_points_settle(const struct haptable_points_model* of, void* state) {
     const struct haptable_point* point = haptable_points_in(of, state);
-    const struct haptable_points* all = haptable_points_of(of, state);
+    struct haptable_points* all = haptable_points_of(of, state);
     struct start from[HAPTABLE_POINTS];
     float way_m[HAPTABLE_POINTS][3] = {{0.0f}};
     const uint32_t count = of->count;
@@ -171,24 +188,28 @@ void haptable_points_settle(const struct haptable_points_model* of, void* state)
     if (goes == NONE_GOES) return;
     for (uint32_t i = 0; i < count; ++i) {
         from[i].at = point[i].at;
+        vec_copy(point[i].load_n, from[i].load_n);
+        from[i].raised_m = point[i].raised_m;
         from[i].presses = point[i].presses;
     }
     /* E is of those that press: without them it stays, to rounding. */
     const int trials = goes == SOME_GO ? HAPTABLE_POINTS_TRIALS : 1;
-    const float most_j = goes == SOME_GO ? all->energy_j : (1.0f + LEAST_FALL) * all->energy_j;
+    const float stored_j = all->energy_j;
+    const float most_j = goes == SOME_GO ? stored_j : (1.0f + LEAST_FALL) * stored_j;
     for (int trial = 0; trial < trials; ++trial) {
         go(of, state, count, from, (const float(*)[3])way_m, part);
         if (haptable_points_solve(of, state, HAPTABLE_POINTS_TRIAL_SETS) && all->energy_j <= most_j) return;
         part *= 0.5f;
     }
-    go(of, state, count, from, (const float(*)[3])way_m, 0.0f);
-    (void)haptable_points_solve(of, state, 1); /* T as it was: its loads too */
+    go_back(of, state, count, from, (const float(*)[3])way_m);
+    all->energy_j = stored_j;
 }
 
 void haptable_points_tick(const struct haptable_points_model* of, void* state) {
     struct haptable_points* all = haptable_points_of(of, state);
     all->sets = 0;
-    (void)haptable_points_solve(of, state, HAPTABLE_POINTS_SETS);
+    /* Where T was not found: loads of what it is now. */
+    if (!haptable_points_solve(of, state, HAPTABLE_POINTS_SETS)) (void)haptable_points_solve(of, state, 1);
     if (of->settle) of->settle(of, state);
     if (all->sets > all->most_sets) all->most_sets = all->sets;
 }

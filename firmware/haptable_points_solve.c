@@ -100,7 +100,7 @@ static void put_order(const struct haptable_points_model* of, void* state) {
         if (point[i].presses) all->order[all->count++] = (uint16_t)i;
 }
 
-/* C_TT = L L^T. before: put_order. Of points that load nearly one place C may be indefinite, by the error of its tables
+/* C_TT = L L^T, by T's order. Of points that load nearly one place C may be indefinite, by the error of its tables
  * and by rounding: an entry for which there is no room, as in a definite C there is, is left out. */
 static void factor(const struct system* in, const struct haptable_points* all) {
     const uint32_t rows = 3u * all->count;
@@ -117,6 +117,14 @@ static void factor(const struct system* in, const struct haptable_points* all) {
         if (!(pivot > LEAST_PIVOT * own)) pivot = LEAST_PIVOT * own;
         in->inverse[r] = vec_inverse_root(pivot);
     }
+}
+
+void haptable_points_factor(const struct haptable_points_model* of, void* state) {
+    const struct system in = system_of(of, state);
+    struct haptable_points* all = haptable_points_of(of, state);
+    put_order(of, state);
+    factor(&in, all);
+    ++all->sets;
 }
 
 static void forward(const struct system* in, uint32_t rows, float x[]) {
@@ -185,14 +193,12 @@ static void dent_of(const struct haptable_points_model* of, void* state, uint32_
 static void put_loads(const struct haptable_points_model* of, void* state) {
     const struct system in = system_of(of, state);
     struct haptable_point* point = haptable_points_in(of, state);
-    struct haptable_points* all = haptable_points_of(of, state);
+    const struct haptable_points* all = haptable_points_of(of, state);
     float x[3 * HAPTABLE_POINTS];
-    put_order(of, state);
-    factor(&in, all);
+    haptable_points_factor(of, state);
     for (uint32_t a = 0; a < all->count; ++a) dent_of(of, state, all->order[a], &x[3u * a]);
     solve(&in, 3u * all->count, x);
     for (uint32_t a = 0; a < all->count; ++a) vec_copy(&x[3u * a], point[all->order[a]].load_n);
-    ++all->sets;
 }
 
 /* Newtons squared: a larger load, or one that is not a number, is none. */

@@ -134,12 +134,11 @@ std::uint64_t most_tool_cost(const Mode& mode, std::uint64_t fan, std::uint64_t 
     // C's blocks; a factorisation of 3 n rows with its solve, and a look at every point.
     const std::uint64_t assembly = n * own + ways / 2 * couple, set = 300 + 300 * n + 160 * n * n + 18 * n * n * n;
     const Mode nearest{mode.force, GodObject::kNearest, mode.more == "friction" ? "" : mode.more};
-    std::uint64_t sum = 2000 + n * (700 + most_cost(nearest, fan)) + assembly + HAPTABLE_POINTS_SETS * set;
+    std::uint64_t sum = 2000 + n * (700 + most_cost(nearest, fan)) + assembly + (HAPTABLE_POINTS_SETS + 1) * set;
     if (!settles) return sum;
     sum += ways / 2 * couple + n * own;  // slopes of E
     sum += HAPTABLE_POINTS_TRIALS * n * 65 * (HAPTABLE_POINTS_WALK_STEPS + MOST_STEPS - HAPTABLE_WALK_STEPS);
-    return sum + (HAPTABLE_POINTS_TRIALS + 1) * assembly +
-           (HAPTABLE_POINTS_TRIALS * HAPTABLE_POINTS_TRIAL_SETS + 1) * set;
+    return sum + HAPTABLE_POINTS_TRIALS * assembly + (HAPTABLE_POINTS_TRIALS * HAPTABLE_POINTS_TRIAL_SETS + 1) * set;
 }
 
 std::uint64_t most_moving_cost(const LoadedScene& scene, const Mode& mode) {

@@ -573,7 +573,6 @@ TEST(ToolBound, OfFourPointsIsUnderNineTenthsOfAMillisecond) {
         for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy}) {
             const std::uint64_t most = most_tool_cost({force, god_object, ""}, 8, 4);
             RecordProperty(std::string(word(force)) + ", " + word(god_object), std::to_string(most));
-            if (force == ForceLaw::kPressureMask && god_object == GodObject::kLeastEnergy) continue;  // docs/TOOL.md
             EXPECT_LT(most, 600'000U * 9 / 10) << force << " " << god_object;
         }
 }
