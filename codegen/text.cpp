@@ -245,6 +245,9 @@ TemplateValues values_of(const Tables& tables, const ServoModel& servo, const ha
             {"points", flag(has_points)},
             {"point_count", std::to_string(fingers)},  // of a tool: add_tool_values
             {"points_state", tool != nullptr ? "hand" : "hands"},
+            {"of_line", tool != nullptr ? "tool_"
+                        : has_points    ? "hands_"
+                                        : ""},
             {"modes", flag(body_modes != nullptr)},
             {"moves", flag(moves)},
             {"step", tool != nullptr              ? "step_tool"

@@ -96,7 +96,7 @@ loop: firmware
 # The images that the tests run: scenes of every combination on every target, the cube in 64 KiB; without cross
 # compilers, none. And scenes whose servo runs on the host alone
 IMAGE_SCENES = meshes/cube.toml meshes/mouse.toml meshes/free-cube.toml meshes/cube-two.toml \
-    $(addprefix tests/firmware/,display.toml modes.toml grasp.toml squeeze.toml wobble.toml)
+    $(addprefix tests/firmware/,display.toml modes.toml grasp.toml squeeze.toml wobble.toml hands.toml tool.toml)
 HOST_SCENES = meshes/cube-hand.toml meshes/liver-spatula.toml
 OF_cube = measure.elf FLASH=64K
 OF_display = deform.elf
@@ -159,7 +159,7 @@ $(IMAGE)/model.o: $(BUILD)/$(NAME)/model.c $(IMAGE)/options
 	$(Q)$(TARGET_CC) $(TARGET_CFLAGS) -c $(BUILD)/$(NAME)/model.c -o $@
 
 .SECONDARY: $(SERVO_TARGET) $(PORT_TARGET) $(IMAGE)/model.o
-$(addprefix $(IMAGE)/port/,replay.o loop.o example.o deform.o): $(BUILD)/$(NAME)/model.h
+$(addprefix $(IMAGE)/port/,replay.o loop.o example.o example_tool.o deform.o): $(BUILD)/$(NAME)/model.h
 
 # Only where the scene has [tables] display_rows: make $(BUILD)/NAME/firmware/TARGET/deform.elf NAME=... TARGET=...
 $(IMAGE)/deform.elf: $(IMAGE)/display.o
@@ -186,6 +186,11 @@ endef
 IN_EVERY_IMAGE = $(SERVO_TARGET) $(PORT_TARGET) $(IMAGE)/model.o firmware/port/haptable.ld
 
 $(IMAGE)/%.elf: $(IMAGE)/port/%.o $(IN_EVERY_IMAGE)
+	$(link_image)
+
+# A tool's hand has an orientation.
+EXAMPLE = $(if $(wildcard $(BUILD)/$(NAME)/tool.json),example_tool,example)
+$(IMAGE)/example.elf: $(IMAGE)/port/$(EXAMPLE).o $(IN_EVERY_IMAGE)
 	$(link_image)
 
 # The same loop behind two kinds of line.

@@ -4,46 +4,9 @@
  */
 #include "haptable_line.h"
 
-#include "haptable_crc.h"
+#include "haptable_line_walk.h"
 
-#define SYNC_0 0xA5u
-#define SYNC_1 0x5Au
-#define HEAD 9u /* bytes before the payload */
-#define TAIL 4u /* bytes after it */
-
-/* ---- payloads: each is said once, for reading and for writing -------------------------------------------------- */
-
-struct walk {
-    uint8_t* at;
-    int is_read; /* 1: bytes become values; 0: values become bytes */
-};
-
-static uint32_t walk_bits(struct walk* walk, uint32_t bits, uint32_t bytes) {
-    uint32_t read = 0;
-    for (uint32_t i = 0; i < bytes; ++i, ++walk->at) {
-        if (!walk->is_read) *walk->at = (uint8_t)(bits >> (8u * i));
-        read |= (uint32_t)*walk->at << (8u * i);
-    }
-    return read;
-}
-
-static void walk_byte(struct walk* walk, uint8_t* value) { *value = (uint8_t)walk_bits(walk, *value, 1); }
-
-static void walk_half(struct walk* walk, uint16_t* value) { *value = (uint16_t)walk_bits(walk, *value, 2); }
-
-static void walk_word(struct walk* walk, uint32_t* value) { *value = walk_bits(walk, *value, 4); }
-
-static void walk_floats(struct walk* walk, float* values, uint32_t count) {
-    for (uint32_t i = 0; i < count; ++i) {
-        union {
-            float value;
-            uint32_t bits;
-        } number;
-        number.value = values[i];
-        number.bits = walk_bits(walk, number.bits, 4);
-        values[i] = number.value;
-    }
-}
+/* ---- payloads -------------------------------------------------------------------------------------------------- */
 
 static void walk_hello(struct walk* walk, struct haptable_line_hello* hello) {
     uint32_t low = (uint32_t)hello->hash;
@@ -71,16 +34,6 @@ static void walk_state(struct walk* walk, const struct haptable_line_hello* hell
     }
 }
 
-static void walk_output(struct walk* walk, struct haptable_output* out) {
-    walk_byte(walk, &out->state);
-    walk_byte(walk, &out->faults);
-    for (int corner = 0; corner < 3; ++corner) walk_half(walk, &out->vertex[corner]);
-    walk_floats(walk, out->force_n, 3);
-    walk_floats(walk, out->god_object_m, 3);
-    walk_floats(walk, out->alpha, 3);
-    for (int corner = 0; corner < 3; ++corner) walk_floats(walk, out->nodal_force_n[corner], 3);
-}
-
 static void walk_pose(struct walk* walk, struct haptable_body_pose* pose) {
     walk_floats(walk, pose->position_m, 3);
     walk_floats(walk, pose->turn, 4);
@@ -101,24 +54,6 @@ static void walk_answer(struct walk* walk, const struct haptable_line_hello* hel
 static uint32_t word_at(uint8_t* bytes, uint32_t count) {
     struct walk walk = {bytes, 1};
     return walk_bits(&walk, 0, count);
-}
-
-static uint32_t crc_of(const uint8_t* bytes, uint32_t count) { return ~haptable_crc(HAPTABLE_CRC_BEGIN, bytes, count); }
-
-static struct walk begin_frame(uint8_t type, uint32_t sequence, uint8_t* bytes) {
-    struct walk walk = {bytes, 0};
-    (void)walk_bits(&walk, SYNC_0 | SYNC_1 << 8, 4);
-    (void)walk_bits(&walk, type, 1);
-    (void)walk_bits(&walk, sequence, 4);
-    return walk;
-}
-
-static uint32_t end_frame(struct walk walk, uint8_t* bytes) {
-    const uint32_t before_crc = (uint32_t)(walk.at - bytes);
-    struct walk length = {bytes + 2, 0};
-    (void)walk_bits(&length, before_crc - HEAD, 2);
-    (void)walk_bits(&walk, crc_of(bytes + 2, before_crc - 2u), 4);
-    return before_crc + TAIL;
 }
 
 uint32_t haptable_line_write_hello(uint32_t sequence, struct haptable_line_hello hello,
@@ -151,7 +86,7 @@ int haptable_line_take_hello(const struct haptable_line_frame* frame, struct hap
         hello->version = frame->payload[0];
         return 1;
     }
-    if (frame->length != HAPTABLE_LINE_HELLO_BYTES - HEAD - TAIL) return 0;
+    if (frame->length != HAPTABLE_LINE_HELLO_BYTES - HAPTABLE_LINE_HEAD - HAPTABLE_LINE_TAIL) return 0;
     walk_hello(&walk, hello);
     return 1;
 }
@@ -196,19 +131,19 @@ static void drop(struct haptable_line_reader* reader, uint32_t bytes) {
 }
 
 static uint32_t whole_frame(const struct haptable_line_reader* reader) {
-    return HEAD + word_at(reader->byte + 2, 2) + TAIL;
+    return HAPTABLE_LINE_HEAD + word_at(reader->byte + 2, 2) + HAPTABLE_LINE_TAIL;
 }
 
 /* What the bytes so far are: the begin of a frame (0), a whole frame (1), or neither (-1). */
 static int judge(const struct haptable_line_reader* reader) {
     uint8_t* byte = reader->byte;
-    if (reader->count > 0 && byte[0] != SYNC_0) return -1;
-    if (reader->count > 1 && byte[1] != SYNC_1) return -1;
+    if (reader->count > 0 && byte[0] != (HAPTABLE_LINE_SYNC & 0xFFu)) return -1;
+    if (reader->count > 1 && byte[1] != HAPTABLE_LINE_SYNC >> 8) return -1;
     if (reader->count < 4) return 0;
     const uint32_t whole = whole_frame(reader);
     if (whole > reader->room) return -1;
     if (reader->count < whole) return 0;
-    return crc_of(byte + 2, whole - 2u - TAIL) == word_at(byte + whole - TAIL, 4) ? 1 : -1;
+    return crc_of(byte + 2, whole - 2u - HAPTABLE_LINE_TAIL) == word_at(byte + whole - HAPTABLE_LINE_TAIL, 4) ? 1 : -1;
 }
 
 int haptable_line_read(struct haptable_line_reader* reader, uint8_t byte, struct haptable_line_frame* frame) {
@@ -225,7 +160,7 @@ int haptable_line_read(struct haptable_line_reader* reader, uint8_t byte, struct
     frame->length = (uint16_t)word_at(reader->byte + 2, 2);
     frame->type = reader->byte[4];
     frame->sequence = word_at(reader->byte + 5, 4);
-    frame->payload = reader->byte + HEAD;
+    frame->payload = reader->byte + HAPTABLE_LINE_HEAD;
     return 1;
 }
 

@@ -18,7 +18,7 @@ extern "C" {
 #endif
 
 /* Version of the protocol: both ends must have the same. */
-#define HAPTABLE_LINE_VERSION 2
+#define HAPTABLE_LINE_VERSION 3
 
 /* Frame types. */
 #define HAPTABLE_LINE_HELLO 10  /* either way: struct haptable_line_hello; a host's asks for the target's */
@@ -29,13 +29,14 @@ extern "C" {
 enum haptable_line_flag {
     HAPTABLE_LINE_FREE = 1,           /* free body: an answer holds its pose */
     HAPTABLE_LINE_GRABS = 2,          /* HAPTABLE_BUTTON_GRAB holds on to the surface */
+    HAPTABLE_LINE_TOOL = 4,           /* the hand holds a tool: frames of haptable_line_points.h */
     HAPTABLE_LINE_OTHER_VERSION = 128 /* the host's version differs: the target answers none of its ticks */
 };
 
 /* Description of one end. If its version differs, the other members are undefined. */
 struct haptable_line_hello {
     uint8_t version; /* HAPTABLE_LINE_VERSION */
-    uint8_t fingers; /* 1 or 2 */
+    uint8_t fingers; /* 1 to HAPTABLE_HANDS */
     uint8_t modes;   /* <= HAPTABLE_MODES; 0: quasi-static */
     uint8_t flags;   /* enum haptable_line_flag */
     uint64_t hash;   /* of the model's tables */

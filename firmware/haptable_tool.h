@@ -69,6 +69,14 @@ haptable_finish_fn haptable_tool_brake;
 void haptable_tool_point_of(const struct haptable_scene* scene, const void* state, int point,
                             struct haptable_output* out);
 
+/* The same of a contact and its load, wherever they were solved; x_m: the point. */
+void haptable_tool_put_point(const struct haptable_scene* scene, const struct haptable_contact* at,
+                             const float load_n[3], const float x_m[3], struct haptable_output* out);
+
+/* Where a point is, by the tool's pose: x_i = p + R r_i. */
+void haptable_tool_place(const struct haptable_tool_model* tool, const float position_m[3], const float turn[4],
+                         uint32_t point, float x_m[3]);
+
 /* State layout of a tool that is known at run time. */
 struct haptable_tool_room {
     struct haptable_tool_state hand;

@@ -147,12 +147,17 @@ static void give_no_wrench(const struct haptable_tool_model* tool, struct haptab
     vec_zero(out->torque_n_m);
 }
 
+void haptable_tool_place(const struct haptable_tool_model* tool, const float position_m[3], const float turn[4],
+                         uint32_t point, float x_m[3]) {
+    turned(turn, tool->point_m[point], x_m);
+    vec_add(position_m, x_m, x_m);
+}
+
 static void move_points(const struct haptable_tool_model* tool, struct haptable_tool_state* state) {
     for (uint32_t i = 0; i < tool->points.count; ++i) {
         struct haptable_servo* servo = &haptable_points_servos(&tool->points, state)[i];
         float x_m[3], motion_m[3];
-        turned(state->turn, tool->point_m[i], x_m);
-        vec_add(state->position_m, x_m, x_m);
+        haptable_tool_place(tool, state->position_m, state->turn, i, x_m);
         servo->position_us = state->hand.position_us;
         ++servo->counters.ticks;
         move(&state->model, servo, x_m, motion_m);
@@ -368,20 +373,26 @@ void haptable_init_tool(const struct haptable_scene* scene, void* of) {
         haptable_servo_begin(&haptable_points_servos(&tool->points, state)[i]);
 }
 
+void haptable_tool_put_point(const struct haptable_scene* scene, const struct haptable_contact* at,
+                             const float load_n[3], const float x_m[3], struct haptable_output* out) {
+    put_nothing(HAPTABLE_FREE, out);
+    vec_copy(x_m, out->god_object_m);
+    if (at->patch == HAPTABLE_NONE) return;
+    out->state = HAPTABLE_CONTACT;
+    out->patch = at->patch;
+    vec_copy(at->alpha, out->alpha);
+    vec_copy(at->god_object_m, out->god_object_m);
+    for (int corner = 0; corner < 3; ++corner) out->vertex[corner] = scene->model->patch[at->patch][corner];
+    haptable_tool_of(scene)->points.pair->law->load(scene->model, at, load_n, out->nodal_force_n, out->force_n);
+}
+
 void haptable_tool_point_of(const struct haptable_scene* scene, const void* of, int number,
                             struct haptable_output* out) {
+    static const struct haptable_contact none = {.patch = HAPTABLE_NONE};
     const struct haptable_tool_model* tool = haptable_tool_of(scene);
     const struct haptable_servo* servo =
         (const struct haptable_servo*)((const unsigned char*)of + tool->points.servos_at) + number;
     const struct haptable_point* point =
         (const struct haptable_point*)((const unsigned char*)of + tool->points.points_at) + number;
-    put_nothing(HAPTABLE_FREE, out);
-    vec_copy(servo->finger_m, out->god_object_m);
-    if (!point->is_inside) return;
-    out->state = HAPTABLE_CONTACT;
-    out->patch = point->at.patch;
-    vec_copy(point->at.alpha, out->alpha);
-    vec_copy(point->at.god_object_m, out->god_object_m);
-    for (int corner = 0; corner < 3; ++corner) out->vertex[corner] = scene->model->patch[point->at.patch][corner];
-    tool->points.pair->law->load(scene->model, &point->at, point->load_n, out->nodal_force_n, out->force_n);
+    haptable_tool_put_point(scene, point->is_inside ? &point->at : &none, point->load_n, servo->finger_m, out);
 }

@@ -46,7 +46,7 @@ arrow host/link host/base host/link haptable/
 arrow host/session host/base host/link "host/session/[^/]*.hpp" firmware/haptable_model.h firmware/haptable_body.h firmware/haptable_modes.h firmware/haptable_scene.h firmware/haptable_tool.h firmware/haptable_hands.h haptable/
 arrow host/session/servo host/base host/link host/session host/session/servo model.h haptable/
 arrow host/target host/base host/tables codegen host/target firmware/haptable_model.h firmware/haptable_scene.h firmware/haptable_bounds.h firmware/haptable_pair.h firmware/haptable_tool.h
-arrow host/session/bridge host/base host/link host/session host/session/bridge host/tables codegen firmware/haptable_body.h firmware/haptable_line.h firmware/haptable_pair.h firmware/haptable_model.h haptable/
+arrow host/session/bridge host/base host/link host/session host/session/bridge host/tables codegen firmware/haptable_body.h firmware/haptable_line.h firmware/haptable_line_points.h firmware/haptable_tool.h firmware/haptable_pair.h firmware/haptable_model.h haptable/
 arrow host/device host/base host/link host/scene host/tables host/device haptable/
 arrow host/run host/base host/link host/scene host/run haptable/
 arrow host/fit host/base host/scene host/session/servo host/tables host/fit codegen
@@ -88,7 +88,7 @@ exported=$(nm -g --defined-only "$calls"/*.o | awk 'NF == 3 && $3 !~ /^haptable_
 macros=$(grep -nE '^ *# *define ' firmware/*.h firmware/port/*.h | grep -vE '# *define (HAPTABLE_|([a-z0-9_]+)(\([a-z, ]*\))? haptable_\2)' || true)
 [ -z "$macros" ] || complain "macros of firmware's headers must begin with HAPTABLE_:
 $macros"
-public='firmware/haptable.h firmware/haptable_model.h firmware/haptable_scene.h firmware/haptable_line.h firmware/haptable_deformation.h firmware/haptable_body.h firmware/haptable_modes.h'
+public='firmware/haptable.h firmware/haptable_model.h firmware/haptable_scene.h firmware/haptable_line.h firmware/haptable_line_points.h firmware/haptable_deformation.h firmware/haptable_body.h firmware/haptable_modes.h'
 # shellcheck disable=SC2086 # a list
 types=$(grep -nE '^(struct|enum|union|typedef) |^ +[A-Z][A-Z0-9_]*( = [0-9]+)?,?( /.*)?$' $public | grep -viE 'haptable_' || true)
 [ -z "$types" ] || complain "types and constants of the public headers must begin with haptable_:

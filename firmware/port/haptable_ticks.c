@@ -29,15 +29,21 @@ static void put_floats(const float* values, uint32_t count) {
     for (uint32_t i = 0; i < count; ++i) records.word[records.count++].number = values[i];
 }
 
-static void put_tick(const struct haptable_scene* scene, void* state, const struct haptable_output out[]) {
+static void put_finger(const struct haptable_output* out) {
+    records.word[records.count++].bits = out->state;
+    records.word[records.count++].bits = out->patch;
+    put_floats(out->alpha, 3);
+    put_floats(out->god_object_m, 3);
+    put_floats(out->force_n, 3);
+}
+
+static void make_room(void) {
     if (records.count + RECORD_WORDS > sizeof records.word / sizeof records.word[0]) flush();
-    for (int f = 0; f < haptable_scene_fingers(scene); ++f) {
-        records.word[records.count++].bits = out[f].state;
-        records.word[records.count++].bits = out[f].patch;
-        put_floats(out[f].alpha, 3);
-        put_floats(out[f].god_object_m, 3);
-        put_floats(out[f].force_n, 3);
-    }
+}
+
+static void put_tick(const struct haptable_scene* scene, void* state, const struct haptable_output out[]) {
+    make_room();
+    for (int f = 0; f < haptable_scene_fingers(scene); ++f) put_finger(&out[f]);
     if (scene->body) {
         put_floats(haptable_scene_body(scene, state)->position_m, 3);
         put_floats(haptable_scene_body(scene, state)->turn, 4);
@@ -71,6 +77,33 @@ void haptable_ticks_replay(const struct haptable_scene* scene, void* state, int 
             haptable_port_count_end();
             put_tick(scene, state, tick);
         }
+    }
+    flush();
+}
+
+void haptable_ticks_replay_tool(const struct haptable_scene* scene, void* state, int in, int out) {
+    float pose[6];
+    uint32_t now_us = 0;
+    records.file = out;
+    haptable_init(scene, state);
+    haptable_check(scene, state, HAPTABLE_CHECK_ALL);
+    for (; haptable_semihosting_read(in, pose, sizeof pose) == sizeof pose; now_us += HAPTABLE_TICK_US) {
+        struct haptable_tool_input tool = {.hand = {.is_there = 1}};
+        struct haptable_tool_output tick;
+        const float rest = 1.0f - pose[3] * pose[3] - pose[4] * pose[4] - pose[5] * pose[5];
+        float guess = 1.0f;
+        for (int i = 0; i < 8; ++i) guess = 0.5f * (guess + rest / guess); /* its root, by Newton's method */
+        tool.turn[0] = guess;
+        for (int i = 0; i < 3; ++i) {
+            tool.hand.finger_m[i] = pose[i];
+            tool.turn[1 + i] = pose[3 + i];
+        }
+        haptable_port_count_begin();
+        haptable_step(scene, state, &tool.hand, now_us, &tick.hand);
+        haptable_port_count_end();
+        make_room();
+        put_finger(&tick.hand);
+        put_floats(tick.torque_n_m, 3);
     }
     flush();
 }

@@ -14,4 +14,8 @@
  * to `out`. before: state has scene->bytes. */
 void haptable_ticks_replay(const struct haptable_scene* scene, void* state, int in, int out);
 
+/* The same of a tool, whose path has the handle's position and the vector part of its turn, of less than half; a record
+ * has, in words, what a finger's has and torque_n_m[3]. */
+void haptable_ticks_replay_tool(const struct haptable_scene* scene, void* state, int in, int out);
+
 #endif

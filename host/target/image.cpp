@@ -54,7 +54,8 @@ TargetImage::TargetImage(std::filesystem::path build, const std::string& scene, 
     : build_(std::move(build)),
       target_(std::move(target)),
       folder_(build_ / scene / "firmware" / target_),
-      is_free_(std::filesystem::exists(build_ / scene / "body.json")) {}
+      is_free_(std::filesystem::exists(build_ / scene / "body.json")),
+      has_tool_(std::filesystem::exists(build_ / scene / "tool.json")) {}
 
 bool TargetTick::touches(std::size_t fingers) const {
     return std::all_of(finger.begin(), finger.begin() + static_cast<std::ptrdiff_t>(fingers),

@@ -56,10 +56,11 @@ public:
     std::filesystem::path elf() const { return folder_ / "replay.elf"; }
     /// Why it cannot run here, in one line; empty when it can.
     std::string missing() const;
-    /// Steps the scene of the image through the path, a millisecond a tick. Throws Error when the image stops.
+    /// Steps the scene of the image through the path, a millisecond a tick; a tool as measure does. Throws Error when
+    /// the image stops.
     template <std::size_t size>
     std::vector<TargetTick> replay(const TargetPath<size>& path_m) const {
-        return count("replay", "", bytes_of(path_m), size / 3, path_m.size(), is_free_);
+        return count("replay", "", bytes_of(path_m), has_tool_ ? 1 : size / 3, path_m.size(), is_free_);
     }
     /// The same for any scene, by the image that reads it instead of being linked with it (firmware/port/measure.c). Of
     /// a tool [6] are the handle's position and the vector part of its turn; its torque is in q.
@@ -96,7 +97,8 @@ private:
     std::filesystem::path build_;
     std::string target_;
     std::filesystem::path folder_;
-    bool is_free_;  ///< the scene's body
+    bool is_free_;   ///< the scene's body
+    bool has_tool_;  ///< the scene's hand
 };
 
 }  // namespace haptable

@@ -185,6 +185,7 @@ ordered_json count_strokes(const Options& o) {
 std::uint64_t bound_of(const LoadedScene& scene) {
     const Mode mode = own_mode(scene.tables());
     const std::uint64_t fan = most_patches_around_a_vertex(scene.model());
+    if (scene.tool() != nullptr) return most_tool_cost(mode, fan, scene.tool()->points.count);
     return most_moving_cost(scene, mode) + (scene.pair() != nullptr ? most_pair_cost(mode, fan) : most_cost(mode, fan));
 }
 
@@ -196,7 +197,7 @@ ordered_json replay(const Options& o, const TargetPath<size>& path_m) {
         const TargetImage image = own_image(o.folders.front(), target);
         ordered_json& one = counted.emplace_back(ordered_json{{"target", target}, {"bound", bound_of(scene)}});
         if (scene.body_modes() != nullptr) one["modes"] = scene.body_modes()->modes();
-        one.update(to_json(image.replay(path_m), size / 3));
+        one.update(to_json(image.replay(path_m), scene.tool() != nullptr ? 1 : size / 3));
     }
     return counted;
 }
@@ -207,8 +208,9 @@ ordered_json count(const Options& o) {
     if (o.path == "grasp") return replay(o, grasp_path());
     if (o.path == "knock") return replay(o, knock_path());
     if (o.path == "squeeze") return replay(o, squeeze_path());
+    if (o.path == "turn") return replay(o, poses_of(walked(stroke_path(read_tables(o.folders.front()), o.strokes))));
     if (o.path != "hard" && o.path != "strokes")
-        throw Error(o.path + ": is no path: hard, strokes, tip, grasp, knock, squeeze");
+        throw Error(o.path + ": is no path: hard, strokes, tip, grasp, knock, squeeze, turn");
     return count_strokes(o);
 }
 
@@ -230,7 +232,8 @@ int main(int argc, char** argv) {
     Options o;
     app.option("DIR", o.folders, "folders of scenes: build/cube build/mouse; of one with --path or --link").required();
     app.option("--path", o.path,
-               "every tick on hard, strokes; or a session of the scene's own image: tip, grasp, knock, squeeze");
+               "every tick on hard, strokes; or a session of the scene's own image: tip, grasp, knock, squeeze, of a "
+               "tool turn");
     app.option("--build", o.build, "where the cube's images are").show_default();
     app.option("--target", o.targets, "of these").delimiter(',').show_default();
     app.option("--strokes", o.strokes, "of a path").range(1, 1000000).show_default();

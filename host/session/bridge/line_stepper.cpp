@@ -19,13 +19,20 @@ constexpr Clock::duration kMostHold = std::chrono::microseconds(HAPTABLE_SILENCE
 constexpr int kHoldTicks = 16;  // to forget a slow one
 constexpr double kRateRounding = 1.001;
 
+bool is_finite(const float v[3]) {
+    return std::all_of(v, v + 3, [](float x) { return std::isfinite(x); });
+}
+
 bool is_same_scene(const TargetHello& a, const TargetHello& b) {
-    return a.fingers == b.fingers && a.modes == b.modes &&
-           (a.flags & HAPTABLE_LINE_FREE) == (b.flags & HAPTABLE_LINE_FREE);
+    constexpr unsigned kKind = HAPTABLE_LINE_FREE | HAPTABLE_LINE_TOOL;
+    return a.fingers == b.fingers && a.modes == b.modes && (a.flags & kKind) == (b.flags & kKind);
 }
 
 std::string in_words(const TargetHello& of) {
-    return fmt::format("{} of {} with {} modes", of.fingers == 1 ? "one finger" : fmt::format("{} fingers", of.fingers),
+    return fmt::format("{} of {} with {} modes",
+                       (of.flags & HAPTABLE_LINE_TOOL) != 0 ? "a tool"
+                       : of.fingers == 1                    ? "one finger"
+                                                            : fmt::format("{} fingers", of.fingers),
                        (of.flags & HAPTABLE_LINE_FREE) != 0 ? "a body that nothing holds" : "a body that is held",
                        of.modes);
 }
@@ -35,6 +42,7 @@ std::string in_words(const TargetHello& of) {
 LineStepper::LineStepper(SerialTarget& target, const LineOptions& options)
     : Stepper(target.scene()), target_(target), options_(options), hold_(options.hold) {
     if (scene_.body != nullptr) haptable_body_init(scene_.body, &pose_);
+    if (scene_.tool != nullptr) tool_.emplace(scene_);
 }
 
 // ---- session -> target ---------------------------------------------------------------------------------------------
@@ -74,6 +82,7 @@ void LineStepper::make_frame(std::uint32_t time_us) {
         to.buttons = in_[finger]->buttons;
         if (goes_on && in_[finger]->begins) frame_.begins |= static_cast<std::uint8_t>(1U << finger);
     }
+    if (in_[0]) frame_.turn = in_[0]->turn;
 }
 
 void LineStepper::send() {
@@ -132,6 +141,7 @@ bool LineStepper::take(const TargetAnswer& answer) {
     hold_ += (std::max<Clock::duration>(std::min(2 * took, kMostHold), options_.hold) - hold_) / kHoldTicks;
     pose_ = answer.body;
     modes_ = answer.modes;
+    if (tool_) tool_->take(answer.tool);
     for (std::size_t finger = 0; finger < finger_count(); ++finger) {
         out_[finger] = in_[finger] ? answer.output[finger] : silent_output();
         if (!in_[finger]) continue;
@@ -148,11 +158,8 @@ bool LineStepper::take(const TargetAnswer& answer) {
 /// is, numbers, no more than the device's limit, none without contact (but what a release lets fade), nodes that exist.
 bool LineStepper::is_possible(const haptable_output& output) const {
     const haptable_model& model = *scene_.model;
-    const auto finite = [](const float v[3]) {
-        return std::all_of(v, v + 3, [](float x) { return std::isfinite(x); });
-    };
-    if (output.state > HAPTABLE_FAULTED || !finite(output.force_n) || !finite(output.god_object_m)) return false;
-    if (!std::all_of(output.nodal_force_n, output.nodal_force_n + 3, finite)) return false;
+    if (output.state > HAPTABLE_FAULTED || !is_finite(output.force_n) || !is_finite(output.god_object_m)) return false;
+    if (!std::all_of(output.nodal_force_n, output.nodal_force_n + 3, is_finite)) return false;
     const double size_n = std::hypot(output.force_n[0], output.force_n[1], output.force_n[2]);
     if (size_n > 1.001 * double(model.max_force_n)) return false;
     if (haptable_touches(output.state) != 0) return is_on_a_patch(output);
@@ -184,30 +191,62 @@ bool LineStepper::is_possible(const TargetAnswer& answer) const {
         const float* before_n = out_[finger].force_n;
         if (model.rate != nullptr && !rises_within(most_n, answer.output[finger].force_n, before_n)) return false;
     }
+    if (tool_ && !is_possible(answer.tool, ticks)) return false;
     return (scene_.body == nullptr || is_possible(answer.body)) &&
            std::all_of(answer.modes.q, answer.modes.q + HAPTABLE_MODES, [](float q) { return std::isfinite(q); });
 }
 
 /// Finite, and a turn.
 bool LineStepper::is_possible(const haptable_body_state& body) {
+    return is_finite(body.position_m) && is_finite(body.velocity_m_per_s) && is_finite(body.spin_rad_per_s) &&
+           is_turn(body.turn);
+}
+
+/// Of length 1.
+bool LineStepper::is_turn(const float turn[4]) {
     constexpr float kRounding = 1e-4F;
     float length2 = 0.0F;
-    for (const float w : body.turn) length2 += w * w;
-    const auto finite = [](const float v[3]) {
-        return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
-    };
-    return finite(body.position_m) && finite(body.velocity_m_per_s) && finite(body.spin_rad_per_s) &&
-           std::abs(length2 - 1.0F) <= kRounding;
+    for (int i = 0; i < 4; ++i) length2 += turn[i] * turn[i];
+    return std::abs(length2 - 1.0F) <= kRounding;
+}
+
+/// A torque as a force: within its limits, none without contact. Points that there are, on patches that there are.
+bool LineStepper::is_possible(const haptable_tool_line_answer& answer, double ticks) const {
+    const haptable_tool_model& tool = *scene_.tool;
+    const float* torque_n_m = answer.out.torque_n_m;
+    if (!is_finite(torque_n_m) || !is_finite(answer.out.position_m) || !std::isfinite(answer.stored_j)) return false;
+    if (!is_turn(answer.out.turn)) return false;
+    const double size_n_m = std::hypot(torque_n_m[0], torque_n_m[1], torque_n_m[2]);
+    if (size_n_m > (haptable_touches(answer.out.hand.state) != 0 ? 1.001 * double{tool.max_torque_n_m} : 0.0))
+        return false;
+    const double per_force = double{tool.max_torque_n_m} / double{scene_.model->max_force_n};
+    const double most_n_m =
+        kRateRounding * ticks * double{scene_.model->rate_n} * per_force + 1e-6 * double{tool.max_torque_n_m};
+    if (scene_.model->rate != nullptr && !rises_within(most_n_m, torque_n_m, tool_->output().torque_n_m.data()))
+        return false;
+    for (std::uint32_t i = 0; i < HAPTABLE_POINTS; ++i)
+        if ((answer.inside >> i & 1U) != 0 && (i >= tool.points.count || !is_possible(answer.point[i]))) return false;
+    return true;
+}
+
+bool LineStepper::is_possible(const haptable_line_point& point) const {
+    return point.patch < scene_.model->patch_count && is_within_a_patch(point.alpha) && is_finite(point.god_object_m) &&
+           is_finite(point.load_n);
 }
 
 /// Its corners are vertices, and the god-object lies between them.
 bool LineStepper::is_on_a_patch(const haptable_output& output) const {
+    return std::all_of(output.vertex, output.vertex + 3,
+                       [this](std::uint16_t vertex) { return vertex < scene_.model->vertex_count; }) &&
+           is_within_a_patch(output.alpha);
+}
+
+bool LineStepper::is_within_a_patch(const float alpha[3]) {
     constexpr float kRounding = 1e-4F;  // of area coordinates, which sum to 1
     float sum = 0.0F;
-    for (std::size_t c = 0; c < 3; ++c) {
-        if (output.vertex[c] >= scene_.model->vertex_count) return false;
-        if (!(output.alpha[c] >= -kRounding && output.alpha[c] <= 1.0F + kRounding)) return false;
-        sum += output.alpha[c];
+    for (int c = 0; c < 3; ++c) {
+        if (!(alpha[c] >= -kRounding && alpha[c] <= 1.0F + kRounding)) return false;
+        sum += alpha[c];
     }
     return std::abs(sum - 1.0F) <= kRounding;
 }
@@ -216,8 +255,9 @@ bool LineStepper::is_on_a_patch(const haptable_output& output) const {
 
 void LineStepper::release(std::size_t finger) {
     in_[finger].reset();
-    waiting_ = waiting_ && (in_[0] || in_[1]);
+    waiting_ = waiting_ && std::any_of(in_.begin(), in_.end(), [](const auto& in) { return in.has_value(); });
     out_[finger] = silent_output();
+    if (tool_) tool_->release();
     end_account(finger);
 }
 

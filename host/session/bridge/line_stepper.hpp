@@ -4,6 +4,7 @@
 
 #include "host/link/statistics.hpp"
 #include "host/session/bridge/target.hpp"
+#include "host/session/bridge/target_tool.hpp"
 #include "host/session/counted.hpp"
 #include "host/session/stepper.hpp"
 
@@ -33,7 +34,8 @@ public:
     void watch(Clock::time_point now) override;
     const haptable_body_state* touched() const override { return scene_.body != nullptr ? &pose_ : nullptr; }
     const haptable_modes_state* modes() const override { return scene_.modes != nullptr ? &modes_ : nullptr; }
-    /// Those of a second finger are a few: the line's own are the first's.
+    const ToolOutput* tool() const override { return tool_ ? &tool_->output() : nullptr; }
+    /// Those of another finger are a few: the line's own are the first's.
     void count(std::size_t finger, const Visit& visit) const override;
 
     LineCounters counters(std::size_t finger = 0) const;
@@ -48,8 +50,12 @@ private:
     bool take(const TargetAnswer& answer);
     bool is_possible(const haptable_output& output) const;
     bool is_possible(const TargetAnswer& answer) const;
+    bool is_possible(const haptable_tool_line_answer& answer, double ticks) const;
+    bool is_possible(const haptable_line_point& point) const;
     static bool rises_within(double most_n, const float force_n[3], const float before_n[3]);
     static bool is_possible(const haptable_body_state& body);
+    static bool is_turn(const float turn[4]);
+    static bool is_within_a_patch(const float alpha[3]);
     bool is_on_a_patch(const haptable_output& output) const;
 
     SerialTarget& target_;
@@ -57,7 +63,8 @@ private:
     haptable_body_state pose_{};                ///< of the last tick, as the line has it
     haptable_modes_state modes_{};              ///< likewise
     FingerInputs in_;                           ///< the tick under way, or the last one
-    haptable_line_state frame_{};               ///< as the target gets it
+    std::optional<TargetTool> tool_;            ///< likewise; none where the scene has none
+    TargetState frame_;                         ///< as the target gets it
     std::uint32_t sent_us_ = 0;                 ///< its time, for the target
     std::uint32_t clock_us_ = 0;                ///< from a session's time to the target's
     std::uint32_t number_ = 0;                  ///< of its frames; counts on over sessions of devices

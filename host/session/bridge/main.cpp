@@ -56,23 +56,8 @@ void add_options(CommandLine& app, Options& o) {
 
 /// As the target has it.
 ServoScene servo_of(const LoadedScene& scene) {
-    return {&scene.model(), scene.node().data(), scene.tables().name.c_str(),
-            scene.pair(),   scene.modes(),       scene.body()};
-}
-
-/// Frames of the line have no orientation.
-void require_finger(const LoadedScene& scene) {
-    if (scene.tool() != nullptr)
-        throw Error(scene.folder().text() +
-                    ": its hand holds a tool, and the line to a target has no orientation: run its servo here "
-                    "(build/" +
-                    scene.tables().name + "/servo), or remove [tool] from the scene");
-    if (scene.pair() != nullptr && scene.pair()->finger_count > HAPTABLE_FINGERS)
-        throw Error(
-            fmt::format("{}: has {} fingers, and the line to a target takes {}: run its servo here "
-                        "(build/{}/servo), or write fingers = {} in [contact]",
-                        scene.folder().text(), scene.pair()->finger_count, HAPTABLE_FINGERS, scene.tables().name,
-                        HAPTABLE_FINGERS));
+    return {&scene.model(), scene.node().data(), scene.tables().name.c_str(), scene.pair(), scene.modes(),
+            scene.body(),   scene.tool()};
 }
 
 Line open_line(const Options& o) {
@@ -124,7 +109,6 @@ void run(Options& o) {
     std::signal(SIGPIPE, SIG_IGN);  // a line that ends is an error with a name, not the end of this program
     o.line.retry = std::chrono::microseconds(std::llround(o.retry_ms * 1000.0));
     const LoadedScene scene{TablesFolder(o.folder)};
-    require_finger(scene);
     const ServoScene servo = servo_of(scene);
     const std::string priority = o.no_realtime ? "normal priority" : ask_for_real_time(kPriority);
     std::optional<ServoRecord> record;

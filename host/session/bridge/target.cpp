@@ -17,13 +17,14 @@ haptable_body_state body_of(const haptable_body_pose& pose) {
     return body;
 }
 
-TargetAnswer answer_of(std::uint32_t sequence, const haptable_line_answer& said) {
-    TargetAnswer answer;
-    answer.sequence = sequence;
-    std::copy_n(said.out, HAPTABLE_FINGERS, answer.output.begin());
-    answer.body = body_of(said.pose);
-    std::copy_n(said.q, HAPTABLE_MODES, answer.modes.q);
-    return answer;
+bool has_hands(const TargetHello& hello) { return hello.fingers > HAPTABLE_FINGERS; }
+
+/// Bytes of the longest answer.
+std::size_t most_bytes(const ServoScene& scene, const TargetHello& hello) {
+    if (scene.tool != nullptr)
+        return HAPTABLE_LINE_FRAME_BYTES(HAPTABLE_TOOL_LINE_ANSWER_PAYLOAD(std::size_t{scene.tool->points.count}));
+    return HAPTABLE_LINE_FRAME_BYTES(
+        HAPTABLE_LINE_ANSWER_PAYLOAD(std::size_t{hello.fingers}, scene.body != nullptr, std::size_t{hello.modes}));
 }
 
 }  // namespace
@@ -31,9 +32,12 @@ TargetAnswer answer_of(std::uint32_t sequence, const haptable_line_answer& said)
 SerialTarget::SerialTarget(Line line, const ServoScene& scene) : line_(std::move(line)), scene_(scene) {
     haptable_scene whole{};
     haptable_scene_make(scene.model, scene.pair, scene.body, scene.modes, &whole);
-    haptable_line_describe(&whole, &expected_);
-    const int payload = HAPTABLE_LINE_ANSWER_PAYLOAD(expected_.fingers, scene.body != nullptr, expected_.modes);
-    haptable_line_reader_init(frame_.data(), static_cast<std::uint16_t>(HAPTABLE_LINE_FRAME_BYTES(payload)), &reader_);
+    if (scene.tool != nullptr)
+        haptable_tool_line_describe(&whole, &expected_);
+    else
+        haptable_line_describe(&whole, &expected_);
+    frame_.resize(most_bytes(scene_, expected_));
+    haptable_line_reader_init(frame_.data(), static_cast<std::uint16_t>(frame_.size()), &reader_);
 }
 
 void SerialTarget::ask() {
@@ -41,9 +45,48 @@ void SerialTarget::ask() {
     line_.write(std::span(bytes.data(), haptable_line_write_hello(0, expected_, bytes.data())));
 }
 
-void SerialTarget::send(std::uint32_t sequence, const haptable_line_state& state) {
-    std::array<std::uint8_t, HAPTABLE_LINE_STATE_BYTES> bytes{};
-    line_.write(std::span(bytes.data(), haptable_line_write_state(sequence, &expected_, state, bytes.data())));
+void SerialTarget::send(std::uint32_t sequence, const TargetState& state) {
+    std::array<std::uint8_t, HAPTABLE_HANDS_LINE_STATE_BYTES> bytes{};
+    line_.write(std::span(bytes.data(), write(sequence, state, bytes.data())));
+}
+
+/// The frame that the scene's servo takes.
+std::uint32_t SerialTarget::write(std::uint32_t sequence, const TargetState& state, std::uint8_t* bytes) const {
+    if (scene_.tool != nullptr) {
+        haptable_tool_line_state tool{state.time_us, state.begins, {state.in[0], {}}};
+        std::copy_n(state.turn.begin(), 4, tool.in.turn);
+        return haptable_tool_line_write_state(sequence, &tool, bytes);
+    }
+    if (has_hands(expected_)) {
+        haptable_hands_line_state hands{state.time_us, state.begins, {}};
+        std::copy_n(state.in.begin(), HAPTABLE_HANDS, hands.in);
+        return haptable_hands_line_write_state(sequence, &expected_, &hands, bytes);
+    }
+    haptable_line_state fingers{state.time_us, state.begins, {}};
+    std::copy_n(state.in.begin(), HAPTABLE_FINGERS, fingers.in);
+    return haptable_line_write_state(sequence, &expected_, fingers, bytes);
+}
+
+/// False: the frame is no answer of such a scene.
+bool SerialTarget::take_answer(const haptable_line_frame& frame, TargetAnswer& answer) const {
+    answer.sequence = frame.sequence;
+    if (scene_.tool != nullptr) {
+        if (haptable_tool_line_take_answer(&frame, &answer.tool) == 0) return false;
+        answer.output[0] = answer.tool.out.hand;
+        return true;
+    }
+    if (has_hands(expected_)) {
+        haptable_hands_line_answer hands{};
+        if (haptable_hands_line_take_answer(&frame, &expected_, &hands) == 0) return false;
+        std::copy_n(hands.out, HAPTABLE_HANDS, answer.output.begin());
+        return true;
+    }
+    haptable_line_answer said{};
+    if (haptable_line_take_answer(&frame, &expected_, &said) == 0) return false;
+    std::copy_n(said.out, HAPTABLE_FINGERS, answer.output.begin());
+    answer.body = body_of(said.pose);
+    std::copy_n(said.q, HAPTABLE_MODES, answer.modes.q);
+    return true;
 }
 
 std::optional<std::variant<TargetHello, TargetAnswer>> SerialTarget::take() {
@@ -55,10 +98,10 @@ std::optional<std::variant<TargetHello, TargetAnswer>> SerialTarget::take() {
         }
         haptable_line_frame whole{};
         TargetHello hello{};
-        haptable_line_answer answer{};
+        TargetAnswer answer;
         if (haptable_line_read(&reader_, buffer_[begin_++], &whole) == 0) continue;
         if (haptable_line_take_hello(&whole, &hello) != 0) return hello;
-        if (haptable_line_take_answer(&whole, &expected_, &answer) != 0) return answer_of(whole.sequence, answer);
+        if (take_answer(whole, answer)) return answer;
         ++foreign_frames_;
     }
 }

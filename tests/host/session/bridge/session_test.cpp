@@ -229,7 +229,7 @@ TEST_F(BridgeSessionTest, RefusesATargetOfAnotherSceneOrVersion) {
                       hello.hash = 77;
                   }).find("the tables 000000000000004d, the folder's are 0000000000000001: build and flash it again"),
                   std::string::npos);
-        EXPECT_NE(refused([](auto& hello) { hello.version = 9; }).find("version 9 of the line, this program version 2"),
+        EXPECT_NE(refused([](auto& hello) { hello.version = 9; }).find("version 9 of the line, this program version 3"),
                   std::string::npos);
         EXPECT_NE(refused([](auto& hello) { hello.fingers = 2; }).find("the target knows 2 fingers"),
                   std::string::npos);
