@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <mutex>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <thread>
 
@@ -12,8 +13,6 @@
 #include "host/base/file.hpp"
 #include "host/base/hash.hpp"
 #include "host/base/process_cost.hpp"
-#include "host/strokes/report.hpp"
-#include "host/strokes/shrink.hpp"
 
 namespace haptable {
 
@@ -23,18 +22,18 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kChunk = 64;
 
-/// The mode with this name, or all modes whose names contain it.
+/// Of each word the mode with this name, or all modes whose names contain it.
 std::vector<TouchMode> modes_of(const CampaignOptions& options) {
-    const std::vector<TouchMode> all = all_modes();
-    const auto fits = [&](const TouchMode& mode, const std::string& part) {
-        const bool is_whole = std::any_of(all.begin(), all.end(), [&](const auto& one) { return one.name() == part; });
-        return is_whole ? mode.name() == part : mode.name().find(part) != std::string::npos;
+    std::vector<TouchMode> modes = all_modes();
+    const auto is_meant = [all = modes](const TouchMode& mode, const std::string& word) {
+        const bool is_whole = std::any_of(all.begin(), all.end(), [&](const auto& one) { return one.name() == word; });
+        return is_whole ? mode.name() == word : mode.name().find(word) != std::string::npos;
     };
-    std::vector<TouchMode> modes;
-    for (const TouchMode& mode : all)
-        if (options.modes.empty() || std::any_of(options.modes.begin(), options.modes.end(),
-                                                 [&](const std::string& part) { return fits(mode, part); }))
-            modes.push_back(mode);
+    if (!options.modes.empty())
+        std::erase_if(modes, [&](const TouchMode& mode) {
+            return std::none_of(options.modes.begin(), options.modes.end(),
+                                [&](const std::string& word) { return is_meant(mode, word); });
+        });
     if (modes.empty())
         throw Error(
             "--mode: no mode has that in its name; they are interpolated-nearest, "
@@ -49,10 +48,6 @@ std::uint64_t seed_of(std::uint64_t seed, const std::string& body, const TouchMo
     return hash;
 }
 
-int threads_of(const CampaignOptions& options) {
-    return options.threads > 0 ? options.threads : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-}
-
 /// The strokes of a campaign, one body after the other.
 class Campaign {
 public:
@@ -61,7 +56,8 @@ public:
         : options_(options),
           progress_(progress),
           told_(told),
-          workers_(threads_of(options)),
+          workers_(options.threads > 0 ? options.threads
+                                       : std::max(1, static_cast<int>(std::thread::hardware_concurrency()))),
           program_(hash_file("/proc/self/exe")) {}
 
     CampaignResult run() {
@@ -73,16 +69,21 @@ public:
         result_.left_out = meshes.left_out;
         std::size_t tallies = 0;
         for (const StrokedMesh& mesh : meshes.taken) {
-            std::set<std::string> why;
+            std::set<std::string> told;
             for (const TouchMode& mode : result_.modes) {
-                const auto [name, reason] = refusal(mesh, mode);
+                const auto [name, why] = refusal(mesh, mode);
                 if (name.empty())
                     ++tallies;
-                else if (why.insert(name).second)
-                    result_.left_out.push_back({mesh.name + ", " + name, reason});
+                else if (told.insert(name).second)
+                    result_.left_out.push_back({mesh.name + ", " + name, why});
             }
         }
-        if (tallies == 0) throw Error("no mesh to stroke: " + why_none());
+        if (tallies == 0) {
+            std::string why;
+            for (const LeftOut& one : result_.left_out) why += fmt::format("; {}: {}", one.name, one.why);
+            throw Error("no mesh to stroke: " +
+                        (why.empty() ? "give scenes, meshes or folders of them" : "all are left out" + why));
+        }
         each_ = std::max<std::size_t>(1, options_.strokes / tallies);
         all_ = each_ * tallies;
         progress_.stage("strokes");
@@ -92,11 +93,6 @@ public:
     }
 
 private:
-    std::string why_none() const {
-        std::string why;
-        for (const LeftOut& left_out : result_.left_out) why += fmt::format("; {}: {}", left_out.name, left_out.why);
-        return why.empty() ? "give scenes, meshes or folders of them" : "all are left out" + why;
-    }
     /// By what a mesh is not touched, and why; empty where it is.
     LeftOut refusal(const StrokedMesh& mesh, const TouchMode& mode) const {
         const bool is_mask = mode.force == ForceLaw::kPressureMask;
@@ -112,14 +108,13 @@ private:
             return {"free", fmt::format("{} parts, which nothing holds together", mesh.parts)};
         return {};
     }
-    bool is_touched(const StrokedMesh& mesh, const TouchMode& mode) const { return refusal(mesh, mode).name.empty(); }
 
     /// One body after the other, held before free; those of one kind share their tables.
     void stroke(const StrokedMesh& mesh) {
         StrokedMeshResult one{mesh, std::vector<Tally>(result_.modes.size()), 0.0};
         BodyTables tables(mesh.scene, options_.folder / "tables" / mesh.name);
         for (const BodyKind& kind : kBodyKinds) try {
-                for (const ForceLaw force : kForcesOfTables) stroke(mesh, kind, force, tables, one);
+                for (const ForceLaw force : every<ForceLaw>()) stroke(mesh, kind, force, tables, one.tally);
             } catch (const Error& error) {
                 result_.left_out.push_back({mesh.name + kind.name(), error.what()});
             }
@@ -128,22 +123,23 @@ private:
     }
 
     void stroke(const StrokedMesh& mesh, const BodyKind& kind, ForceLaw force, BodyTables& tables,
-                StrokedMeshResult& one) {
-        std::unique_ptr<StrokedBody> body;
+                std::vector<Tally>& tally) {
+        std::vector<std::size_t> chosen;
         TouchMode most{force, GodObject::kNearest, false, 1, kind};
-        for (const TouchMode& mode : result_.modes)
-            if (mode.force == force && mode.body == kind && is_touched(mesh, mode))
-                most.fingers = std::max(most.fingers, mode.is_coupled() ? 2 : 1);
         for (std::size_t m = 0; m < result_.modes.size(); ++m) {
             const TouchMode& mode = result_.modes[m];
-            if (mode.force != force || !(mode.body == kind) || !is_touched(mesh, mode)) continue;
+            if (mode.force != force || !(mode.body == kind) || !refusal(mesh, mode).name.empty()) continue;
+            chosen.push_back(m);
+            if (mode.is_coupled()) most.fingers = 2;
+        }
+        std::optional<StrokedBody> body;
+        for (const std::size_t m : chosen) {
+            const TouchMode& mode = result_.modes[m];
             tell(0, mesh.name + ", tables");
-            if (auto kept = take_over(mesh, mode)) {
-                one.tally[m] = std::move(*kept);
-            } else {
-                if (!body) body = std::make_unique<StrokedBody>(tables.with(most));
-                one.tally[m] = stroke(mesh, *body, mode);
-            }
+            auto kept = options_.again ? std::nullopt : read_tally(counts_file(mesh, mode), key_of(mesh, mode));
+            if (!kept && !body) body.emplace(tables.with(most));
+            if (kept) result_.taken_over += kept->strokes;
+            tally[m] = kept ? std::move(*kept) : stroke(mesh, *body, mode);
         }
     }
 
@@ -161,13 +157,6 @@ private:
         return hash.text();
     }
 
-    std::optional<Tally> take_over(const StrokedMesh& mesh, const TouchMode& mode) {
-        if (options_.again) return {};
-        std::optional<Tally> kept = read_tally(counts_file(mesh, mode), key_of(mesh, mode));
-        if (kept) result_.taken_over += kept->strokes;
-        return kept;
-    }
-
     /// The time left is that of what this run counts itself.
     void tell(std::size_t done, const std::string& what) {
         const double own = static_cast<double>(std::max<std::size_t>(1, all_ - result_.taken_over));
@@ -178,44 +167,41 @@ private:
         const Scene scene = in_mode(mesh.scene, mode);
         const auto tools = mode.tool ? body.random_tools(scene) : std::vector<ToolTables>{};
         const StrokedModel model(body, scene.contact, tools);
-        const Touched touched = model.touched();
         const StrokeMaker maker(body.servo());
         const std::uint64_t seed = seed_of(options_.seed, mesh.name, mode);
         const std::string what = mesh.name + ", " + mode.name();
-        Tally tally = run_strokes(touched, maker, seed, each_, workers_, [&](std::size_t done) { tell(done, what); });
+        Tally tally =
+            run_strokes(model.touched(), maker, seed, each_, workers_, [&](std::size_t done) { tell(done, what); });
         done_ += each_;
-        write_examples(mesh, mode, touched, tools, maker, seed, tally);
+        for (std::size_t f = 0; f < kFaults; ++f) {
+            std::size_t left = options_.examples;
+            for (const Broken& broken : tally.broken)
+                if (broken.verdict.tick[f] >= 0 && left > 0) {
+                    --left;
+                    const Touched touched = model.touched().of_stroke(broken.number);
+                    Scene own = scene;
+                    if (mode.tool) {
+                        const ToolTables& tool = tools[broken.number % tools.size()];
+                        own.tool = Tool{tool.point_m, {}, tool.max_torque_n_m};
+                    }
+                    write_example(static_cast<Fault>(f), touched, own, make_stroke(touched, maker, seed, broken.number),
+                                  fmt::format("{}-{}-{}-{}", mesh.name, mode.name(), options_.seed, broken.number),
+                                  mode.tool ? kToolHand : mode.fingers);
+                }
+        }
         write_tally(counts_file(mesh, mode), key_of(mesh, mode), tally);
         return tally;
     }
 
-    /// The first strokes with each fault, shrunk, each beside its scene.
-    void write_examples(const StrokedMesh& mesh, const TouchMode& mode, const Touched& touched,
-                        const std::vector<ToolTables>& tools, const StrokeMaker& maker, std::uint64_t seed,
-                        const Tally& tally) {
-        for (std::size_t f = 0; f < kFaults; ++f) {
-            std::size_t left = options_.examples;
-            for (const Broken& broken : tally.broken) {
-                if (left == 0) break;
-                if (broken.verdict.tick[f] < 0) continue;
-                --left;
-                const auto fault = static_cast<Fault>(f);
-                const Touched one = touched.of_stroke(broken.number);
-                const Stroke least = shrink(one, make_stroke(one, maker, seed, broken.number), fault);
-                const fs::path folder =
-                    options_.folder / "faults" /
-                    fmt::format("{}-{}-{}-{}-{}", name_of(fault), mesh.name, mode.name(), options_.seed, broken.number);
-                fs::create_directories(folder);
-                Scene scene = in_mode(mesh.scene, mode);
-                if (mode.tool) {
-                    const ToolTables& tool = tools[broken.number % tools.size()];
-                    scene.tool = Tool{tool.point_m, {}, tool.max_torque_n_m};
-                }
-                write_file(folder / "scene.toml", to_toml(scene));
-                write_file(folder / "stroke.csv", to_csv(least, mode.tool ? kToolHand : mode.fingers));
-                told_(fmt::format("{}: {} ticks, {} at the last", folder.string(), least.size(), name_of(fault)));
-            }
-        }
+    /// A stroke with that fault, shrunk, beside its scene.
+    void write_example(Fault fault, const Touched& touched, const Scene& scene, const Stroke& stroke,
+                       const std::string& name, int fingers) {
+        const Stroke least = shrink(touched, stroke, fault);
+        const fs::path folder = options_.folder / "faults" / fmt::format("{}-{}", name_of(fault), name);
+        fs::create_directories(folder);
+        write_file(folder / "scene.toml", to_toml(scene));
+        write_file(folder / "stroke.csv", to_csv(least, fingers));
+        told_(fmt::format("{}: {} ticks, {} at the last", folder.string(), least.size(), name_of(fault)));
     }
 
     const CampaignOptions& options_;
@@ -245,22 +231,52 @@ Tally run_strokes(const Touched& touched, const StrokeMaker& maker, std::uint64_
         const std::lock_guard lock(mutex);
         on_done(done += end - chunk * kChunk);
     });
-    Tally all;
-    for (const Tally& chunk : chunks) all.add(chunk);
+    Tally all = sum_of(chunks);
     all.cpu_s = process_cost().cpu_s - cpu_begin_s;
     return all;
 }
 
 Tally CampaignResult::total() const {
     Tally sum;
-    for (const StrokedMeshResult& one : results)
-        for (const Tally& tally : one.tally) sum.add(tally);
+    for (const StrokedMeshResult& one : results) sum.add(one.total());
     return sum;
 }
 
 CampaignResult run_campaign(const CampaignOptions& options, Progress& progress,
                             const std::function<void(const std::string& line)>& told) {
     return Campaign(options, progress, told).run();
+}
+
+nlohmann::ordered_json to_json(const CampaignResult& result) {
+    nlohmann::ordered_json json{{"seed", result.seed},
+                                {"taken_over_strokes", result.taken_over},
+                                {"total", to_json(result.total())},
+                                {"modes", nlohmann::ordered_json::array()},
+                                {"bodies", nlohmann::ordered_json::array()},
+                                {"left_out", nlohmann::ordered_json::array()}};
+    for (const TouchMode& mode : result.modes)
+        json["modes"].push_back({{"name", mode.name()},
+                                 {"force", word(mode.force)},
+                                 {"god_object", word(mode.god_object)},
+                                 {"friction", mode.friction},
+                                 {"fingers", mode.fingers},
+                                 {"tool", mode.tool},
+                                 {"free", mode.body.motion > 0},
+                                 {"rings", mode.body.rings}});
+    for (const StrokedMeshResult& one : result.results) {
+        nlohmann::ordered_json modes;
+        for (std::size_t m = 0; m < result.modes.size(); ++m) modes[result.modes[m].name()] = to_json(one.tally[m]);
+        json["bodies"].push_back({{"name", one.mesh.name},
+                                  {"filled", one.mesh.filled},
+                                  {"nodes", one.mesh.nodes},
+                                  {"patches", one.mesh.patches},
+                                  {"hinges", one.mesh.hinges},
+                                  {"tables_cpu_s", one.tables_cpu_s},
+                                  {"modes", modes}});
+    }
+    for (const LeftOut& left_out : result.left_out)
+        json["left_out"].push_back({{"name", left_out.name}, {"why", left_out.why}});
+    return json;
 }
 
 }  // namespace haptable

@@ -37,6 +37,8 @@ struct StrokedMeshResult {
     StrokedMesh mesh;
     std::vector<Tally> tally;   ///< [m]
     double tables_cpu_s = 0.0;  ///< that its tables took when they were made
+
+    Tally total() const { return sum_of(tally); }
 };
 
 struct CampaignResult {
@@ -48,6 +50,9 @@ struct CampaignResult {
 
     Tally total() const;
 };
+
+/// Every tally of every body, their sum, and what each mode is: lab/strokes.py makes the pages' tables of it.
+nlohmann::ordered_json to_json(const CampaignResult& result);
 
 /// Strokes every body that passes the audit in every mode, as often each. After a body and mode its counts are kept in
 /// `folder`/counts, by program, mesh, mode, seed and number of strokes; another run takes them from there. `told`: a

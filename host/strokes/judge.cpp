@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "host/strokes/judge.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <memory>
+#include <deque>
 
 namespace haptable {
 
@@ -37,6 +40,10 @@ constexpr double kCone = 1e-3;
 /// Ascending.
 Vector3d eigenvalues(const Matrix3d& s) {
     return Eigen::SelfAdjointEigenSolver<Matrix3d>(s, Eigen::EigenvaluesOnly).eigenvalues();
+}
+
+fmt::join_view<const double*, const double*> listed(const Vector3d& x) {
+    return fmt::join(x.data(), x.data() + 3, ",");
 }
 
 Vector3d cut(const Vector3d& force_n, double most_n) {
@@ -73,7 +80,25 @@ struct Tick {
     }
     double linear_j() const { return 0.5 * dent().dot(s * dent()); }
     double energy_j() const { return energy_at(x); }
+    /// Of the dent, beside a linear one's.
+    double largest_tangent() const { return curve.largest_tangent(linear_j()); }
+    std::size_t limits() const {
+        return std::size_t{counters.walk_limits} + counters.slide_limits + counters.box_limits;
+    }
     Vector3d released_n() const { return force_n - law_n; }
+};
+
+/// What was given beyond what was stored when it began to be given.
+struct Account {
+    double given_j = 0.0, held_j = 0.0, rounding_j = 0.0;
+
+    /// True where that is too much.
+    bool note(double stored_j, Verdict& verdict) {
+        verdict.most_stored_j = std::max(verdict.most_stored_j, stored_j);
+        held_j = std::min(held_j, given_j + stored_j);
+        verdict.most_given_j = std::max(verdict.most_given_j, given_j - held_j);
+        return given_j - held_j > kEnergy * verdict.most_stored_j + rounding_j;
+    }
 };
 
 /// A tick of the whole scene.
@@ -178,7 +203,7 @@ public:
         came_from_outside_ = is_free_ = had_limit_ = false;
         outside_ticks_ = deep_ticks_ = 0;
         behind_ticks_ = 0;
-        given_j_ = held_j_ = owed_j_ = 0.0;
+        account_.given_j = account_.held_j = owed_j_ = 0.0;
     }
 
     void fault(Fault kind) {
@@ -189,41 +214,23 @@ public:
             faults += (faults.empty() ? "" : " ") + std::string(name_of(kind));
     }
 
-    const Felt& felt() const { return now_.felt; }
-    bool touches() const { return now_.contact; }
     const Tick& now() const { return now_; }
     const Tick& last() const { return last_; }
     bool begins() const { return now_.contact && now_.counters.contacts != last_.counters.contacts; }
     bool only_touches() const { return now_.contact && !now_.presses; }
     bool fades() const { return servo_.fade_ticks != 0; }
     double rounding_m() const { return rounding_m_; }
-    const SurfacePoint& at() const { return now_.at; }
-    double energy_j() const { return now_.energy_j(); }
-    /// Of the dent, beside a linear one's.
-    double largest_tangent() const { return now_.curve.largest_tangent(now_.linear_j()); }
-    std::size_t limits() const {
-        return std::size_t{now_.counters.walk_limits} + now_.counters.slide_limits + now_.counters.box_limits;
-    }
-    bool has_limit() const {
-        const haptable_counters &a = last_.counters, &b = now_.counters;
-        return b.walk_limits != a.walk_limits || b.slide_limits != a.slide_limits || b.box_limits != a.box_limits;
-    }
+    bool has_limit() const { return now_.limits() != last_.limits(); }
 
-    Judged describe(double given_j) {
-        return {now_.contact,
-                where_.is_inside(now_.x),
-                now_.contact && sees_god(),
-                now_.x,
-                now_.at,
-                now_.god,
-                limits(),
-                touched_.solid.gap_m(now_.x),
-                now_.force_n.norm(),
-                now_.law_n.norm(),
-                (now_.force_n - last_.force_n).norm(),
-                now_.energy_j(),
-                is_alone() ? given_j_ : given_j,
-                tick_.faults};
+    /// A line of kJudgedColumns. given_j: where the whole scene's is judged.
+    std::string describe(double given_j) {
+        const SurfacePoint& g = now_.at;
+        return fmt::format(
+            "{},{},{:.9g},{:d},{:d},{:d},{},{:.6g},{:.9g},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{}\n",
+            tick_.index, finger_, listed(now_.x), now_.contact, where_.is_inside(now_.x), now_.contact && sees_god(),
+            now_.contact ? std::to_string(g.patch) : "", listed(g.alpha), listed(now_.god), now_.limits(),
+            touched_.solid.gap_m(now_.x), now_.force_n.norm(), now_.law_n.norm(), (now_.force_n - last_.force_n).norm(),
+            now_.energy_j(), is_alone() ? account_.given_j : given_j, tick_.faults);
     }
 
 private:
@@ -339,8 +346,7 @@ private:
     /// The error that a force may have by the rounding of the god-object's coordinates and of the blocks.
     double rounding_of(double force_n) const {
         const Vector3d e = eigenvalues(now_.s);
-        return now_.curve.largest_tangent(now_.linear_j()) * e[2] * rounding_m_ +
-               std::max(kLaw, kRoundings * e[2] / e[0]) * force_n;
+        return now_.largest_tangent() * e[2] * rounding_m_ + std::max(kLaw, kRoundings * e[2] / e[0]) * force_n;
     }
 
     // ---- from tick to tick ----
@@ -374,8 +380,7 @@ private:
             2.0 * static_cast<double>(model_.release_n) + kLaw * (now_.force_n.norm() + last_.force_n.norm());
         if (change.norm() <= slack) return;
         if (now_.contact)
-            slack += 2.0 * now_.curve.largest_tangent(now_.linear_j()) * eigenvalues(now_.s)[2] *
-                     (motion.norm() + rounding_m_);
+            slack += 2.0 * now_.largest_tangent() * eigenvalues(now_.s)[2] * (motion.norm() + rounding_m_);
         const Vector3d w = motion.norm() > 0.0 ? Vector3d(motion.normalized()) : Vector3d(Vector3d::Zero());
         const double along = std::min(0.0, change.dot(w));
         const double pushed = std::max(0.0, last_.law_n.dot(w)) + std::max(0.0, last_.released_n().dot(w));
@@ -436,13 +441,10 @@ private:
     /// Until a clamp is met: beyond it the force is no gradient.
     void check_energy() {
         if (verdict_.clamped) return;
-        if (tick_.index > 0) given_j_ += given_by_spring() - work_of_entry() + now_.released_n().dot(now_.x - last_.x);
-        const double stored = now_.energy_j();
-        verdict_.most_stored_j = std::max(verdict_.most_stored_j, stored);
-        rounding_j_ = std::max(rounding_j_, now_.load_n.norm() * rounding_m_);
-        held_j_ = std::min(held_j_, given_j_ + stored);
-        verdict_.most_given_j = std::max(verdict_.most_given_j, given_j_ - held_j_);
-        if (given_j_ - held_j_ > kEnergy * verdict_.most_stored_j + rounding_j_) fault(Fault::kEnergy);
+        if (tick_.index > 0)
+            account_.given_j += given_by_spring() - work_of_entry() + now_.released_n().dot(now_.x - last_.x);
+        account_.rounding_j = std::max(account_.rounding_j, now_.load_n.norm() * rounding_m_);
+        if (account_.note(now_.energy_j(), verdict_)) fault(Fault::kEnergy);
     }
 
     // ---- friction ----
@@ -508,8 +510,11 @@ private:
     int outside_ticks_ = 0, deep_ticks_ = 0;
     bool is_free_ = false;  ///< clearly outside, without contact
     std::size_t behind_ticks_ = 0;
-    double given_j_ = 0.0, held_j_ = 0.0, rounding_j_ = 0.0, owed_j_ = 0.0;
+    double owed_j_ = 0.0;
+    Account account_;
 };
+
+using Fingers = std::deque<FingerTrial>;
 
 /// A tool as a whole: C_TT f_T = u_T, F = -sum f_i and M = -sum r_i x f_i, in double.
 class ToolTrial {
@@ -518,11 +523,11 @@ public:
 
     void begin() {
         last_ = System();
-        given_j_ = held_j_ = 0.0;
+        account_.given_j = account_.held_j = 0.0;
     }
 
     /// Returns what is wrong.
-    std::vector<Fault> check(const std::vector<std::unique_ptr<FingerTrial>>& point, const haptable_tool_output& out) {
+    std::vector<Fault> check(const Fingers& point, const haptable_tool_output& out) {
         System now(point, touched_);
         std::vector<Fault> faults;
         if (!now.is_law()) faults.push_back(Fault::kLaw);
@@ -541,14 +546,14 @@ private:
         double rounding_m = 0.0;
 
         System() = default;
-        System(const std::vector<std::unique_ptr<FingerTrial>>& point, const Touched& touched) {
+        System(const Fingers& point, const Touched& touched) {
             std::vector<SurfacePoint> at;
             for (std::size_t i = 0; i < point.size(); ++i)
-                if (point[i]->now().presses) in.push_back(i), at.push_back(point[i]->at());
+                if (point[i].now().presses) in.push_back(i), at.push_back(point[i].now().at);
             u_m.resize(3 * size());
             f_n.resize(3 * size());
             for (Eigen::Index k = 0; k < size(); ++k) {
-                const FingerTrial& one = *point[in[static_cast<std::size_t>(k)]];
+                const FingerTrial& one = point[in[static_cast<std::size_t>(k)]];
                 u_m.segment<3>(3 * k) = one.now().x - one.now().loaded_m + one.now().raised_m;
                 f_n.segment<3>(3 * k) = one.now().load_n;
                 rounding_m = std::max(rounding_m, one.rounding_m());
@@ -564,10 +569,10 @@ private:
                    kLaw * (c.norm() * f_n.norm() + u_m.norm()) + std::sqrt(size()) * rounding_m;
         }
         /// Where the points have gone, the god-objects standing still.
-        double stored_at(const std::vector<std::unique_ptr<FingerTrial>>& point) const {
+        double stored_at(const Fingers& point) const {
             Eigen::VectorXd u = u_m;
             for (Eigen::Index k = 0; k < size(); ++k) {
-                const FingerTrial& one = *point[in[static_cast<std::size_t>(k)]];
+                const FingerTrial& one = point[in[static_cast<std::size_t>(k)]];
                 u.segment<3>(3 * k) += one.now().x - one.last().x;
             }
             return in.empty() ? 0.0 : 0.5 * u.dot(c.ldlt().solve(u));
@@ -575,8 +580,7 @@ private:
     };
 
     /// The wrench is that of the loads, within its limits; one whose points fade has less.
-    bool is_wrench(const std::vector<std::unique_ptr<FingerTrial>>& point, const System& now,
-                   const haptable_tool_output& out) {
+    bool is_wrench(const Fingers& point, const System& now, const haptable_tool_output& out) {
         const double most_n = static_cast<double>(touched_.model.max_force_n);
         const double most_n_m = static_cast<double>(touched_.tool()->max_torque_n_m);
         const Vector3d handle = to_vector(out.position_m);
@@ -584,9 +588,9 @@ private:
         Vector3d f = Vector3d::Zero(), m = f;
         double size = 0.0, arm = handle.norm();
         for (std::size_t i : now.in) {
-            if (point[i]->fades())
+            if (point[i].fades())
                 return force.norm() <= most_n * (1.0 + kLaw) && torque.norm() <= most_n_m * (1.0 + kLaw);
-            const Vector3d load = point[i]->now().load_n, r = point[i]->now().x - handle;
+            const Vector3d load = point[i].now().load_n, r = point[i].now().x - handle;
             f -= load;
             m -= r.cross(load);
             size += load.norm();
@@ -598,58 +602,64 @@ private:
     }
 
     /// As of one finger: on the springs of the last tick. What begins to press the hand has pressed. Until a clamp.
-    bool gives(const std::vector<std::unique_ptr<FingerTrial>>& point, const System& now) {
+    bool gives(const Fingers& point, const System& now) {
         if (verdict_.clamped) return false;
         const double moved_j = last_.stored_at(point);
         // One that touches and does not press may have done so within the tick.
-        const bool begins = !std::includes(last_.in.begin(), last_.in.end(), now.in.begin(), now.in.end()) ||
-                            std::any_of(point.begin(), point.end(),
-                                        [](const auto& one) { return one->begins() || one->only_touches(); });
-        given_j_ += last_.stored_j() - moved_j - (begins ? std::max(0.0, now.stored_j() - moved_j) : 0.0);
-        verdict_.most_stored_j = std::max(verdict_.most_stored_j, now.stored_j());
-        rounding_j_ = std::max(rounding_j_, now.f_n.norm() * now.rounding_m);
-        held_j_ = std::min(held_j_, given_j_ + now.stored_j());
-        verdict_.most_given_j = std::max(verdict_.most_given_j, given_j_ - held_j_);
-        return given_j_ - held_j_ > kEnergy * verdict_.most_stored_j + rounding_j_;
+        const bool begins =
+            !std::includes(last_.in.begin(), last_.in.end(), now.in.begin(), now.in.end()) ||
+            std::any_of(point.begin(), point.end(), [](const auto& one) { return one.begins() || one.only_touches(); });
+        account_.given_j += last_.stored_j() - moved_j - (begins ? std::max(0.0, now.stored_j() - moved_j) : 0.0);
+        account_.rounding_j = std::max(account_.rounding_j, now.f_n.norm() * now.rounding_m);
+        return account_.note(now.stored_j(), verdict_);
     }
 
     const Touched& touched_;
     Verdict& verdict_;
     System last_;
-    double given_j_ = 0.0, held_j_ = 0.0, rounding_j_ = 0.0;
+    Account account_;
+};
+
+/// Both fingers in a tick.
+struct Hands {
+    std::array<haptable_input, 2> in{};
+    std::array<haptable_output, 2> out{};
+
+    void step(const Touched& touched, SceneState& scene, const FingerPositions& at, std::size_t tick) {
+        for (std::size_t f = 0; f < scene.fingers(); ++f) {
+            std::copy_n(at[f].begin(), 3, in[f].finger_m);
+            in[f].is_there = 1;
+        }
+        touched.step(scene, in.data(), static_cast<std::uint32_t>(tick) * HAPTABLE_TICK_US, out.data());
+    }
 };
 
 /// One stroke on one scene.
 class Trial {
 public:
-    Trial(const Touched& touched, std::vector<Judged>* ticks)
+    Trial(const Touched& touched, std::string* told)
         : touched_(touched),
-          ticks_(ticks),
+          told_(told),
           scene_(touched.model, touched.pair, touched.body, touched.modes, touched.tool()),
           tool_(touched, verdict_),
           rigid_(touched.body != nullptr ? rigid_of(*touched.body) : Rigid()),
           ledger_(
               touched.servo.stiffness.felt_n_per_m, touched.body != nullptr ? &rigid_ : nullptr,
               touched.modes != nullptr && (touched.model.energy == nullptr || touched.model.frictionless != nullptr)) {
-        for (std::size_t f = 0; f < touched.contacts(); ++f)
-            finger_.push_back(std::make_unique<FingerTrial>(touched_, scene_, f, tick_, verdict_));
+        for (std::size_t f = 0; f < touched.contacts(); ++f) finger_.emplace_back(touched_, scene_, f, tick_, verdict_);
     }
 
     Verdict run(const Stroke& stroke) {
         for (const FingerPositions& at : stroke) {
             step(at);
             const bool is_sound = std::all_of(finger_.begin(), finger_.end(),
-                                              [](const auto& finger) { return finger->felt().at_m.allFinite(); });
-            if (is_sound)
-                check();
-            else
-                begin();
-            if (ticks_ != nullptr)
-                for (auto& finger : finger_)
-                    ticks_->push_back(is_sound ? finger->describe(ledger_.risen_j()) : Judged());
+                                              [](const auto& finger) { return finger.now().felt.at_m.allFinite(); });
+            is_sound ? check() : begin();
+            for (auto& finger : finger_)
+                if (told_ != nullptr && is_sound) *told_ += finger.describe(ledger_.risen_j());
             ++tick_.index;
         }
-        for (const auto& finger : finger_) verdict_.limits += finger->limits();
+        for (const auto& finger : finger_) verdict_.limits += finger.now().limits();
         return verdict_;
     }
 
@@ -664,7 +674,7 @@ private:
             step_fingers(at);
         const bool had_limit = has_limit_;
         has_limit_ = false;
-        for (const auto& finger : finger_) has_limit_ |= finger->has_limit();
+        for (const auto& finger : finger_) has_limit_ |= finger.has_limit();
         tick_.has_limit = has_limit_ || had_limit;
     }
 
@@ -673,35 +683,30 @@ private:
         std::copy_n(at[0].begin(), 3, in.hand.finger_m);
         std::copy_n(turn_of(at[1]).begin(), 4, in.turn);
         in.hand.is_there = 1;
-        for (auto& point : finger_) point->keep();
+        for (auto& point : finger_) point.keep();
         touched_.step(scene_, &in.hand, static_cast<std::uint32_t>(tick_.index) * HAPTABLE_TICK_US, &felt_.hand);
-        for (std::size_t i = 0; i < finger_.size(); ++i) finger_[i]->take(scene_.point_state(i));
+        for (std::size_t i = 0; i < finger_.size(); ++i) finger_[i].take(scene_.point_state(i));
     }
 
     void step_fingers(const FingerPositions& at) {
-        std::array<haptable_input, 2> in{};
-        std::array<haptable_output, 2> out{};
+        Hands hands;
         if (touched_.body != nullptr) tick_.before = motion_of(*scene_.body(), rigid_);
-        for (std::size_t f = 0; f < finger_.size(); ++f) {
-            std::copy_n(at[f].begin(), 3, in[f].finger_m);
-            in[f].is_there = 1;
-            finger_[f]->keep();
-        }
-        touched_.step(scene_, in.data(), static_cast<std::uint32_t>(tick_.index) * HAPTABLE_TICK_US, out.data());
+        for (FingerTrial& finger : finger_) finger.keep();
+        hands.step(touched_, scene_, at, static_cast<std::size_t>(tick_.index));
         if (touched_.body != nullptr) tick_.after = motion_of(*scene_.body(), rigid_);
-        for (std::size_t f = 0; f < finger_.size(); ++f) finger_[f]->take(in[f], out[f]);
+        for (std::size_t f = 0; f < finger_.size(); ++f) finger_[f].take(hands.in[f], hands.out[f]);
     }
 
     void check() {
         std::size_t contacts = 0;
         for (auto& finger : finger_) {
-            touched_.tool() != nullptr ? finger->check_point() : finger->check();
-            contacts += finger->touches() ? 1 : 0;
+            touched_.tool() != nullptr ? finger.check_point() : finger.check();
+            contacts += finger.now().contact ? 1 : 0;
         }
         verdict_.contact_ticks += contacts > 0 ? 1 : 0;
         verdict_.both_ticks += contacts > 1 ? 1 : 0;
         if (touched_.tool() != nullptr)
-            for (const Fault fault : tool_.check(finger_, felt_)) finger_[0]->fault(fault);
+            for (const Fault fault : tool_.check(finger_, felt_)) finger_[0].fault(fault);
         if (touched_.body != nullptr && !only_fingers_act()) return;
         if (touched_.body != nullptr) check_momentum();
         if (touched_.body != nullptr || touched_.modes != nullptr ||
@@ -710,7 +715,7 @@ private:
     }
 
     void begin() {
-        for (auto& finger : finger_) finger->begin();
+        for (auto& finger : finger_) finger.begin();
         tool_.begin();
     }
 
@@ -731,7 +736,7 @@ private:
         double size = before.momentum.norm() + after.momentum.norm();
         double turning = before.spin_momentum.norm() + after.spin_momentum.norm();
         for (const auto& finger : finger_) {
-            const Felt& felt = finger->felt();
+            const Felt& felt = finger.now().felt;
             const Vector3d arm = felt.at_m - before.centre_m, impulse = -kTick_s * felt.force_n;
             linear -= impulse;
             angular -= arm.cross(impulse);
@@ -741,7 +746,7 @@ private:
         const double none = kTick_s * kNoForce_n;
         if (!(linear.norm() <= kImpulse * kFloat * size + none) ||
             !(angular.norm() <= kImpulse * kFloat * turning + none * touched_.solid.reach_m()))
-            finger_[0]->fault(Fault::kMomentum);
+            finger_[0].fault(Fault::kMomentum);
     }
 
     /// Until a clamp is met: beyond it the force is no gradient. What a contact holds is left out, for not all of it is
@@ -749,22 +754,24 @@ private:
     void check_ledger() {
         if (verdict_.clamped) return;
         std::array<Felt, 2> felt;
-        for (std::size_t f = 0; f < finger_.size(); ++f) felt[f] = finger_[f]->felt();
+        for (std::size_t f = 0; f < finger_.size(); ++f) felt[f] = finger_[f].now().felt;
         const double contacts_j =
-            touched_.pair != nullptr ? static_cast<double>(scene_.pair()->energy_j) : finger_[0]->energy_j();
+            touched_.pair != nullptr ? static_cast<double>(scene_.pair()->energy_j) : finger_[0].now().energy_j();
         Matrix6d together = Matrix6d::Zero();
-        if (finger_.size() == 2 && finger_[0]->touches() && finger_[1]->touches())
-            together = std::max(finger_[0]->largest_tangent(), finger_[1]->largest_tangent()) *
-                       touched_.law.stiffness_of_two(*touched_.pair, {finger_[0]->at(), finger_[1]->at()});
+        if (finger_.size() == 2 && finger_[0].now().contact && finger_[1].now().contact) {
+            const Tick &a = finger_[0].now(), &b = finger_[1].now();
+            together = std::max(a.largest_tangent(), b.largest_tangent()) *
+                       touched_.law.stiffness_of_two(*touched_.pair, {a.at, b.at});
+        }
         ledger_.note(felt.data(), finger_.size(), modes_j(scene_), tick_.before, tick_.after, together);
         verdict_.most_stored_j = std::max(verdict_.most_stored_j, contacts_j + ledger_.largest_j());
         verdict_.most_given_j = ledger_.risen_j();
         if (ledger_.risen_j() > kEnergy * verdict_.most_stored_j + ledger_.rounded_j())
-            finger_[0]->fault(Fault::kEnergy);
+            finger_[0].fault(Fault::kEnergy);
     }
 
     const Touched& touched_;
-    std::vector<Judged>* ticks_;
+    std::string* told_;
     SceneState scene_;
     ToolTrial tool_;
     haptable_tool_output felt_{};
@@ -772,7 +779,7 @@ private:
     Ledger ledger_;
     SceneTick tick_;
     Verdict verdict_;
-    std::vector<std::unique_ptr<FingerTrial>> finger_;
+    Fingers finger_;
     FingerPositions at_{};
     bool has_limit_ = false;
 };
@@ -791,16 +798,14 @@ Stroke make_stroke(const Touched& touched, const StrokeMaker& maker, std::uint64
     const Rigid rigid = rigid_of(*touched.body);
     Vector3d centre = rigid.centre_m;
     Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
-    std::array<haptable_input, 2> in{};
-    std::array<haptable_output, 2> out{};
+    Hands hands;
     for (std::size_t i = 0; i < stroke.size(); ++i) {
         for (std::size_t f = 0; f < scene.fingers(); ++f) {
-            const Vector3d at = turn * (to_vector(stroke[i][f].data()) - rigid.centre_m) + centre;
-            for (std::size_t c = 0; c < 3; ++c)
-                in[f].finger_m[c] = stroke[i][f][c] = static_cast<float>(at[static_cast<Eigen::Index>(c)]);
-            in[f].is_there = 1;
+            const Eigen::Vector3f at =
+                (turn * (to_vector(stroke[i][f].data()) - rigid.centre_m) + centre).cast<float>();
+            std::copy_n(at.data(), 3, stroke[i][f].begin());
         }
-        touched.step(scene, in.data(), static_cast<std::uint32_t>(i) * HAPTABLE_TICK_US, out.data());
+        hands.step(touched, scene, stroke[i], i);
         const Motion motion = motion_of(*scene.body(), rigid);
         if (!motion.centre_m.allFinite() || !motion.turn.coeffs().allFinite()) continue;
         centre += (motion.centre_m - centre) / kBehind;
@@ -809,12 +814,8 @@ Stroke make_stroke(const Touched& touched, const StrokeMaker& maker, std::uint64
     return stroke;
 }
 
-bool Verdict::is_clean() const {
-    return std::all_of(tick.begin(), tick.end(), [](int first) { return first < 0; });
-}
-
-Verdict judge(const Touched& touched, const Stroke& stroke, std::vector<Judged>* ticks) {
-    return Trial(touched, ticks).run(stroke);
+Verdict judge(const Touched& touched, const Stroke& stroke, std::string* told) {
+    return Trial(touched, told).run(stroke);
 }
 
 }  // namespace haptable

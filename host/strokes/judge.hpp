@@ -4,6 +4,7 @@
 // reasons for their tolerances.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <span>
@@ -53,7 +54,7 @@ struct Verdict {
 
     Verdict() { tick.fill(-1); }
     bool has(Fault fault) const { return tick[static_cast<std::size_t>(fault)] >= 0; }
-    bool is_clean() const;
+    bool is_clean() const { return *std::max_element(tick.begin(), tick.end()) < 0; }
 };
 
 /// A tick of the scene.
@@ -90,20 +91,20 @@ struct Touched {
 /// The stroke of that number. Where nothing holds the body the hands go after it.
 Stroke make_stroke(const Touched& touched, const StrokeMaker& maker, std::uint64_t seed, std::uint64_t number);
 
-/// A tick of a finger, or of a tool's point, as the judge saw it.
-struct Judged {
-    bool contact, inside, sees_god;
-    Eigen::Vector3d at_m;  ///< the finger as the surface at rest has it
-    SurfacePoint at;       ///< the god-object, where there is contact
-    Eigen::Vector3d god_m;
-    std::size_t limits;               ///< counted so far
-    double gap_m;                     ///< of the finger from the surface
-    double force_n, law_n, change_n;  ///< felt; the mode's, cut to max_force; since the last tick
-    double stored_j, given_j;         ///< at the god-object; where energy is judged: so far
-    std::string faults;               ///< kinds, with spaces between
-};
+/// What the judge tells of each finger, or point of a tool, in each tick, a line of CSV: where the finger is, as the
+/// surface at rest has it; the god-object; limits so far; distance from the surface; the force felt, the mode's cut to
+/// max_force, the change since the last tick; energy stored and, where it is judged, given so far; faults with spaces
+/// between.
+inline constexpr const char* kJudgedColumns =
+    "tick,finger,x,y,z,contact,inside,sees_god,patch,alpha_0,alpha_1,alpha_2,god_x,god_y,god_z,limits,gap_m,"
+    "force_n,law_n,change_n,stored_j,given_j,faults\n";
 
-/// ticks: where not null, what the judge saw is added to it, of each finger in each tick.
-Verdict judge(const Touched& touched, const Stroke& stroke, std::vector<Judged>* ticks = nullptr);
+/// told: where not null, those lines are added to it.
+Verdict judge(const Touched& touched, const Stroke& stroke, std::string* told = nullptr);
+
+/// A stroke of fewer ticks that has the same fault: none of them can be left out, alone or with its neighbours, without
+/// losing the fault or making the finger faster than it was (or than 5 m/s, whichever is more).
+/// before: judge(touched, stroke).has(fault).
+Stroke shrink(const Touched& touched, const Stroke& stroke, Fault fault);
 
 }  // namespace haptable

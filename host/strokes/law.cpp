@@ -5,7 +5,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <map>
+
+#include "host/strokes/motion.hpp"
 
 namespace haptable {
 
@@ -32,10 +33,11 @@ double power(double x, int n) {
     return product;
 }
 
-std::map<std::array<std::int32_t, 2>, std::size_t> places(const std::vector<std::array<std::int32_t, 2>>& edges) {
-    std::map<std::array<std::int32_t, 2>, std::size_t> place;
-    for (std::size_t e = 0; e < edges.size(); ++e) place[edges[e]] = e;
-    return place;
+Vector3d point_of(const ServoModel& servo, const SurfacePoint& g) {
+    Vector3d at = Vector3d::Zero();
+    for (std::size_t c = 0; c < 3; ++c)
+        at += g.alpha[static_cast<Eigen::Index>(c)] * to_vector(servo.vertex_m[servo.patch[g.patch][c]].data());
+    return at;
 }
 
 /// What controls of a place weigh: corners, then of a mask the edges opposite to them.
@@ -54,7 +56,8 @@ std::array<double, HAPTABLE_PAIR_CONTROLS> weights_of(const haptable_pair_law& l
 }  // namespace
 
 Law::Law(const Tables& tables, const ServoModel& servo)
-    : degree_(std::max(1, tables.compliance.degree)),
+    : servo_(servo),
+      degree_(std::max(1, tables.compliance.degree)),
       rigid_n_per_m_(tables.rigid_stiffness_n_per_m),
       curve_(tables.stiffening) {
     for (int i = degree_; i >= 0; --i)
@@ -62,91 +65,66 @@ Law::Law(const Tables& tables, const ServoModel& servo)
             exponent_.push_back({i, j, degree_ - i - j});
             multinomial_.push_back(factorial(degree_) / factorial(i) / factorial(j) / factorial(degree_ - i - j));
         }
-    controls_ = exponent_.size();
-    for (std::size_t p = 0; p < servo.patch.size(); ++p) {
-        std::array<bool, 3> fixed{};
-        for (std::size_t c = 0; c < 3; ++c) fixed[c] = servo.patch[p][c] >= servo.free_count;
-        fixed_.push_back(fixed);
-        std::array<Vector3d, 3> corner_m;
-        for (std::size_t c = 0; c < 3; ++c)
-            corner_m[c] = Eigen::Map<const Eigen::Vector3f>(servo.vertex_m[servo.patch[p][c]].data()).cast<double>();
-        corner_m_.push_back(corner_m);
-    }
-    if (degree_ == 1)
-        gather_stiffness(tables, servo);
-    else
-        gather_compliance(tables, servo);
-    if (degree_ == 2) gather_pairs(tables, servo);
-}
-
-/// S_a of the corners; rigid where fixed.
-void Law::gather_stiffness(const Tables& tables, const ServoModel& servo) {
-    for (const auto& corners : servo.patch)
-        for (const std::uint16_t vertex : corners)
-            control_.push_back(vertex < servo.free_count ? symmetric(matrix_of(tables.stiffness[vertex]))
-                                                         : Matrix3d(rigid_n_per_m_ * Matrix3d::Identity()));
-}
-
-/// B_ijk as docs/SPEC.md has them: of vertices, of edges from the node with the lower number, and within patches.
-void Law::gather_compliance(const Tables& tables, const ServoModel& servo) {
-    const ComplianceTables& from = tables.compliance;
-    const auto edge_place = places(from.edge_id);
-    std::map<std::int32_t, std::size_t> vertex_place;
-    for (std::size_t t = 0; t < from.vertex_id.size(); ++t) vertex_place[from.vertex_id[t]] = t;
-    const auto vertex_block = [&](std::uint16_t vertex) -> Block {
-        if (degree_ == 4) return matrix_of(from.vertex[vertex_place.at(servo.node[vertex])]);
-        if (vertex >= servo.free_count) return Block::Zero();
-        return matrix_of(tables.stiffness[vertex]).inverse();
-    };
+    for (const auto& edge : tables.compliance.edge_id) edge_.emplace(edge, edge_.size());
     for (std::size_t p = 0; p < servo.patch.size(); ++p)
-        for (const std::array<int, 3>& n : exponent_) {
-            const auto& v = servo.patch[p];
-            const auto whole = static_cast<std::size_t>(std::max_element(n.begin(), n.end()) - n.begin());
-            const auto none = static_cast<std::size_t>(std::min_element(n.begin(), n.end()) - n.begin());
-            if (n[whole] == degree_) {
-                control_.push_back(symmetric(vertex_block(v[whole])));
-            } else if (n[none] == 0) {
-                const std::size_t a = (none + 1) % 3, b = (none + 2) % 3;
-                const std::int32_t node_a = servo.node[v[a]], node_b = servo.node[v[b]];
-                const std::size_t e = edge_place.at({std::min(node_a, node_b), std::max(node_a, node_b)});
-                const int from_low = (node_a < node_b ? n[b] : n[a]) - 1;
-                control_.push_back(symmetric(matrix_of(
-                    from.edge[e * static_cast<std::size_t>(degree_ - 1) + static_cast<std::size_t>(from_low)])));
-            } else {
-                control_.push_back(symmetric(matrix_of(from.patch[3 * servo.leaf_order[p] + whole])));
-            }
-        }
-}
-
-/// L_ab of the patches' corners, 0 where one is fixed.
-void Law::gather_pairs(const Tables& tables, const ServoModel& servo) {
-    const auto edge_place = places(tables.compliance.edge_id);
+        for (const auto& exponent : exponent_) control_.push_back(symmetric(control(tables, p, exponent)));
+    if (degree_ != 2) return;
     for (const auto& v : servo.patch) {
-        std::array<Block, 9> pairs;
+        auto& pairs = pair_.emplace_back();
         for (std::size_t a = 0; a < 3; ++a)
             for (std::size_t b = 0; b < 3; ++b) {
-                Block& pair = pairs[3 * a + b];
-                pair.setZero();
-                if (v[a] >= servo.free_count || v[b] >= servo.free_count) continue;
                 const std::int32_t node_a = servo.node[v[a]], node_b = servo.node[v[b]];
-                if (a == b)
-                    pair = matrix_of(tables.stiffness[v[a]]).inverse();
+                Block& pair = pairs[3 * a + b];
+                if (v[a] >= servo.free_count || v[b] >= servo.free_count)
+                    pair.setZero();
+                else if (a == b)
+                    pair = vertex_compliance(tables, v[a]);
                 else if (node_a < node_b)
-                    pair = matrix_of(tables.compliance.edge[edge_place.at({node_a, node_b})]);
+                    pair = edge_compliance(tables, node_a, node_b, 0);
                 else
-                    pair = matrix_of(tables.compliance.edge[edge_place.at({node_b, node_a})]).transpose();
+                    pair = edge_compliance(tables, node_b, node_a, 0).transpose();
             }
-        pair_.push_back(pairs);
     }
+}
+
+Matrix3d Law::vertex_compliance(const Tables& tables, std::uint16_t vertex) const {
+    const ComplianceTables& from = tables.compliance;
+    if (degree_ == 4) {
+        const auto at = std::find(from.vertex_id.begin(), from.vertex_id.end(), servo_.node[vertex]);
+        return matrix_of(from.vertex[static_cast<std::size_t>(at - from.vertex_id.begin())]);
+    }
+    if (vertex >= servo_.free_count) return Block::Zero();
+    return matrix_of(tables.stiffness[vertex]).inverse();
+}
+
+/// That far from the node with the lower number.
+Matrix3d Law::edge_compliance(const Tables& tables, std::int32_t low, std::int32_t high, int from_low) const {
+    const auto per_edge = static_cast<std::size_t>(degree_ - 1);
+    return matrix_of(tables.compliance.edge[edge_.at({low, high}) * per_edge + static_cast<std::size_t>(from_low)]);
+}
+
+/// S_a of a corner, rigid where fixed; or B_ijk as docs/SPEC.md has them: of vertices, of edges, and within patches.
+Matrix3d Law::control(const Tables& tables, std::size_t patch, const std::array<int, 3>& n) const {
+    const auto& v = servo_.patch[patch];
+    const auto whole = static_cast<std::size_t>(std::max_element(n.begin(), n.end()) - n.begin());
+    const auto none = static_cast<std::size_t>(std::min_element(n.begin(), n.end()) - n.begin());
+    if (degree_ == 1 && v[whole] >= servo_.free_count) return rigid_n_per_m_ * Block::Identity();
+    if (degree_ == 1) return matrix_of(tables.stiffness[v[whole]]);
+    if (n[whole] == degree_) return vertex_compliance(tables, v[whole]);
+    if (n[none] != 0) return matrix_of(tables.compliance.patch[3 * servo_.leaf_order[patch] + whole]);
+    const std::size_t a = (none + 1) % 3, b = (none + 2) % 3;
+    const std::int32_t node_a = servo_.node[v[a]], node_b = servo_.node[v[b]];
+    return edge_compliance(tables, std::min(node_a, node_b), std::max(node_a, node_b),
+                           (node_a < node_b ? n[b] : n[a]) - 1);
 }
 
 Matrix3d Law::polynomial(const SurfacePoint& g) const {
     Matrix3d sum = Matrix3d::Zero();
-    for (std::size_t n = 0; n < controls_; ++n) {
+    for (std::size_t n = 0; n < exponent_.size(); ++n) {
         const auto& e = exponent_[n];
         const double weight =
             multinomial_[n] * power(g.alpha[0], e[0]) * power(g.alpha[1], e[1]) * power(g.alpha[2], e[2]);
-        sum += weight * control_[g.patch * controls_ + n];
+        sum += weight * control_[g.patch * exponent_.size() + n];
     }
     return sum;
 }
@@ -155,7 +133,7 @@ Matrix3d Law::polynomial(const SurfacePoint& g) const {
 double Law::lift(const SurfacePoint& g, const Matrix3d& c) const {
     double share = 0.0;
     for (std::size_t k = 0; k < 3; ++k)
-        if (fixed_[g.patch][k]) share += g.alpha[static_cast<Eigen::Index>(k)];
+        if (servo_.patch[g.patch][k] >= servo_.free_count) share += g.alpha[static_cast<Eigen::Index>(k)];
     return share > 0.0 ? std::max(0.0, share / rigid_n_per_m_ - c.trace() / 3.0) : 0.0;
 }
 
@@ -196,17 +174,10 @@ Eigen::MatrixXd Law::compliance(const haptable_pair_model& pair, const std::vect
 
 Eigen::Matrix<double, 6, 6> Law::stiffness_of_two(const haptable_pair_model& pair,
                                                   const std::array<SurfacePoint, 2>& g) const {
-    std::array<Vector3d, 2> at_m;
-    std::array<Matrix3d, 2> c;
-    for (std::size_t f = 0; f < 2; ++f) {
-        at_m[f].setZero();
-        for (std::size_t k = 0; k < 3; ++k)
-            at_m[f] += g[f].alpha[static_cast<Eigen::Index>(k)] * corner_m_[g[f].patch][k];
-        c[f] = stiffness(g[f]).inverse();
-    }
+    const std::array<Matrix3d, 2> c{stiffness(g[0]).inverse(), stiffness(g[1]).inverse()};
     Matrix3d x = coupling(pair, g[0], g[1]);
-    const double near =
-        std::max(0.0, 1.0 - (at_m[0] - at_m[1]).squaredNorm() / std::pow(static_cast<double>(pair.meeting_m), 2));
+    const double apart2 = (point_of(servo_, g[0]) - point_of(servo_, g[1])).squaredNorm();
+    const double near = std::max(0.0, 1.0 - apart2 / std::pow(static_cast<double>(pair.meeting_m), 2));
     x *= 1.0 - static_cast<double>(HAPTABLE_PAIR_MEETING) * near * near;
     if (pair.law->is_stiffness != 0) x = c[0] * x * c[1];
     const double left = 1.0 - (c[0].inverse() * x * c[1].inverse() * x.transpose()).trace() / 3.0;

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <map>
 #include <vector>
 
 #include "codegen/model.hpp"
@@ -20,7 +21,8 @@ struct SurfacePoint {
 /// The three forces of [contact] (docs/CONTACT.md) as polynomials of alpha on every patch.
 class Law {
 public:
-    /// servo: built from the tables; its numbering of patches and corners is used, none of its blocks.
+    /// servo: built from the tables; its numbering of patches and corners is used, none of its blocks. It must outlive
+    /// this object.
     Law(const Tables& tables, const ServoModel& servo);
 
     /// S(g), N/m: sum alpha_a S_a, or C(alpha)^-1, lifted where vertices are fixed.
@@ -42,23 +44,22 @@ public:
 
 private:
     using Block = Eigen::Matrix3d;
-    void gather_stiffness(const Tables& tables, const ServoModel& servo);
-    void gather_compliance(const Tables& tables, const ServoModel& servo);
-    void gather_pairs(const Tables& tables, const ServoModel& servo);
+    Block vertex_compliance(const Tables& tables, std::uint16_t vertex) const;
+    Block control(const Tables& tables, std::size_t patch, const std::array<int, 3>& exponent) const;
+    Block edge_compliance(const Tables& tables, std::int32_t low, std::int32_t high, int from_low) const;
     Block polynomial(const SurfacePoint& g) const;
     Block coupling(const haptable_pair_model& pair, const SurfacePoint& one, const SurfacePoint& other) const;
     double lift(const SurfacePoint& g, const Block& c) const;
 
+    const ServoModel& servo_;
     int degree_;  ///< 1: S itself; 2, 4: C
     double rigid_n_per_m_;
     StiffeningCurve curve_;
-    std::size_t controls_ = 0;                              ///< of a patch
-    std::vector<std::array<int, 3>> exponent_;              ///< [controls] of alpha
-    std::vector<double> multinomial_;                       ///< [controls]
-    std::vector<Block> control_;                            ///< [p controls]
-    std::vector<std::array<bool, 3>> fixed_;                ///< [p] corners
-    std::vector<std::array<Eigen::Vector3d, 3>> corner_m_;  ///< [p]
-    std::vector<std::array<Block, 9>> pair_;                ///< [p] L_ab, row by row of corners; consistent only
+    std::vector<std::array<int, 3>> exponent_;                 ///< [controls] of alpha
+    std::vector<double> multinomial_;                          ///< [controls]
+    std::vector<Block> control_;                               ///< [p controls]
+    std::vector<std::array<Block, 9>> pair_;                   ///< [p] L_ab, row by row; consistent only
+    std::map<std::array<std::int32_t, 2>, std::size_t> edge_;  ///< places in the tables
 };
 
 }  // namespace haptable

@@ -12,7 +12,8 @@
 #include "host/base/json.hpp"
 #include "host/base/own_folder.hpp"
 #include "host/base/program.hpp"
-#include "host/strokes/report.hpp"
+#include "host/precompute/precompute.hpp"
+#include "host/strokes/campaign.hpp"
 
 namespace {
 
@@ -31,12 +32,14 @@ void judge_one(const Options& options) {
     if (options.campaign.places.size() != 1) throw Error("--judge: give one scene to judge the stroke on");
     Progress progress(options.quiet);
     const Scene scene = read_scene(options.campaign.places.front());
-    const StrokedBody body(scene, options.campaign.folder / "judged" / scene.name, progress);
+    const fs::path folder = options.campaign.folder / "judged" / scene.name;
+    precompute(scene, folder, progress);
+    const StrokedBody body(read_scene_files(folder));
     const StrokedModel model(body, scene.contact, body.tools());
-    std::vector<Judged> ticks;
-    judge(model.touched(), read_stroke(options.stroke), &ticks);
+    std::string told = kJudgedColumns;
+    judge(model.touched(), read_stroke(options.stroke), &told);
     progress.clear();
-    fmt::print("{}", to_csv(ticks, model.touched().contacts()));
+    fmt::print("{}", told);
 }
 
 /// Ctrl-C: says what is kept.
@@ -70,11 +73,7 @@ void run(const Options& options) {
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
     if (!options.out.empty()) write_file(options.out, json_text(to_json(result), 1) + "\n");
     if (options.quiet) return;
-    for (const StrokedMeshResult& one : result.results) {
-        Tally all;
-        for (const Tally& tally : one.tally) all.add(tally);
-        fmt::print("{}: {}\n", one.mesh.name, faults_of(all));
-    }
+    for (const StrokedMeshResult& one : result.results) fmt::print("{}: {}\n", one.mesh.name, faults_of(one.total()));
     for (const LeftOut& left_out : result.left_out) fmt::print("left out: {}: {}\n", left_out.name, left_out.why);
     fmt::print("{:.1f} minutes; {} strokes were counted by earlier runs\n", elapsed.count() / 60.0, result.taken_over);
 }

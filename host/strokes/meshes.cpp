@@ -6,13 +6,12 @@
 
 #include <algorithm>
 #include <map>
-#include <optional>
 #include <set>
 
 #include "firmware/haptable_pair.h"
-#include "firmware/haptable_scene.h"
 #include "host/base/error.hpp"
 #include "host/base/hash.hpp"
+#include "host/base/json.hpp"
 #include "host/body/body.hpp"
 #include "host/body/under_constrained.hpp"
 #include "host/mesh/audit.hpp"
@@ -26,6 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using Eigen::Vector3d;
+using Json = nlohmann::json;  // its keys are sorted
 
 constexpr double kLength_m = 0.1;
 constexpr std::size_t kFillNodes = 3000, kMostFillNodes = 24000;
@@ -102,20 +102,26 @@ void hold_lowest(const TetMesh& mesh, Scene& scene) {
     }
 }
 
-void scale(TetMesh& mesh, double by) {
-    for (Vector3d& p : mesh.position_m) p *= by;
-}
-
-Scene scene_of_mesh(const fs::path& file, const fs::path& folder, TetMesh& mesh) {
-    Scene scene;
-    scene.file = file;
-    scene.name = file.stem();
-    mesh = read_any(file, folder, scene.mesh);
-    scene.mesh.scale_m = kLength_m / audit_mesh(mesh).box_m.sizes().maxCoeff();
-    scale(mesh, scene.mesh.scale_m);
-    scene.material = {kYoung_pa, kPoisson};
-    hold_lowest(mesh, scene);
-    return scene;
+/// A scene as its file has it, but touchable everywhere and at rest; a mesh as it is, 0.1 m long.
+TetMesh read_body(Scene& scene, const fs::path& folder) {
+    TetMesh mesh;
+    if (is_scene(scene.file)) {
+        mesh = make_mesh(scene.mesh);
+        nlohmann::ordered_json values = scene.options.values();
+        for (const char* left_out : {"touch", "gravity", "body"}) values.erase(left_out);
+        scene.options = SceneOptions(std::move(values));
+        scene.touch.clear();
+        scene.gravity.reset();
+        scene.free_body.reset();
+        scene.body_modes.reset();
+    } else {
+        mesh = read_any(scene.file, folder, scene.mesh);
+        scene.mesh.scale_m = kLength_m / audit_mesh(mesh).box_m.sizes().maxCoeff();
+        for (Vector3d& p : mesh.position_m) p *= scene.mesh.scale_m;
+        scene.material = {kYoung_pa, kPoisson};
+    }
+    if (scene.fixed.empty()) hold_lowest(mesh, scene);
+    return mesh;
 }
 
 double mean_edge_m(const Body& body) {
@@ -128,23 +134,9 @@ double mean_edge_m(const Body& body) {
 }
 
 /// Throws Error where the body does not pass.
-StrokedMesh stroked_mesh(const fs::path& file, std::size_t most_nodes, const fs::path& folder) {
-    StrokedMesh stroked;
-    TetMesh mesh;
-    Scene& scene = stroked.scene;
-    if (is_scene(file)) {
-        scene = read_scene(file);
-        mesh = make_mesh(scene.mesh);
-        scene.touch.clear();
-        scene.gravity.reset();
-        scene.free_body.reset();
-        scene.body_modes.reset();
-        if (scene.fixed.empty()) hold_lowest(mesh, scene);
-    } else {
-        scene = scene_of_mesh(file, folder, mesh);
-        stroked.filled = scene.mesh.file != file;
-    }
-    scene.name = scene.mesh.generate.empty() ? scene.mesh.file.stem().string() : scene.name;
+StrokedMesh stroked_mesh(Scene scene, std::size_t most_nodes, const fs::path& folder) {
+    const fs::path file = scene.file;
+    TetMesh mesh = read_body(scene, folder);
     scene.contact = {};
     scene.tables = {};
     scene.tables.columns = ColumnRows::kNone;
@@ -157,22 +149,23 @@ StrokedMesh stroked_mesh(const fs::path& file, std::size_t most_nodes, const fs:
     if (!loose.empty()) throw Error(fmt::format("{}: {}", file.string(), describe_under_constrained(loose, body)));
     scene.contact.mask_radius_m = kMaskEdges * mean_edge_m(body);
     const std::vector<std::size_t> part = number_bodies(body.mesh);
+    StrokedMesh stroked;
     stroked.parts = part.empty() ? 0 : 1 + *std::max_element(part.begin(), part.end());
-    stroked.name = scene.name;
+    stroked.filled = !is_scene(file) && scene.mesh.file != file;
     stroked.nodes = body.mesh.position_m.size();
     stroked.patches = body.touch_patch.size();
     stroked.hinges = audit.hinge_edges + audit.hinge_nodes;
+    stroked.scene = std::move(scene);
     return stroked;
 }
 
 /// What tells a mesh from another: its bytes, or how it is generated.
-std::string identity_of(const fs::path& file) {
+std::string identity_of(const MeshSource& source) {
     Hash hash;
-    const MeshSource source = is_scene(file) ? read_scene(file).mesh : MeshSource();
     if (!source.generate.empty())
         hash.add(fmt::format("{} {} {}", source.generate, source.nodes_per_side, source.side_m));
     else
-        for (const fs::path& part : mesh_files(is_scene(file) ? source.file : file)) hash.add(hash_file(part));
+        for (const fs::path& part : mesh_files(source.file)) hash.add(hash_file(part));
     return hash.text();
 }
 
@@ -181,27 +174,12 @@ bool is_wanted(const std::string& name, const std::vector<std::string>& only) {
                                        [&](const std::string& part) { return name.find(part) != std::string::npos; });
 }
 
-/// Its [body], of those that in_mode makes.
-std::string body_of(const Scene& scene) {
-    std::string text = scene.free_body ? "free = true\n" : "";
-    for (const std::string key : {
-#define HAPTABLE_KEY(PART, KEY, ...) KEY,
-             HAPTABLE_RIGID_MOVERS(HAPTABLE_KEY)})
-        if (key != "body.free" && scene.free_body && scene.options.flag(key))
-            text += key.substr(key.find('.') + 1) + " = true\n";
-    const double density = scene.free_body ? scene.free_body->density_kg_per_m3 : scene.body_modes->density_kg_per_m3;
-    text += fmt::format("density = {:.17g}\n", density);
-    if (scene.body_modes)
-        text += fmt::format("modes = {}\nmode_damping = {:.17g}\n", scene.body_modes->modes,
-                            scene.body_modes->damping_ratio);
-    return text;
-}
-
-/// As far as it can be told without reading the mesh.
-std::string name_of(const fs::path& file) {
-    if (!is_scene(file)) return file.stem();
-    const Scene scene = read_scene(file);
-    return scene.mesh.generate.empty() ? scene.mesh.file.stem().string() : scene.name;
+/// A value as TOML has it.
+std::string toml_of(const Json& value) {
+    if (!value.is_object()) return json_text(value);
+    std::vector<std::string> keys;
+    for (const auto& [key, of] : value.items()) keys.push_back(key + " = " + toml_of(of));
+    return fmt::format("{{ {} }}", fmt::join(keys, ", "));
 }
 
 }  // namespace
@@ -218,18 +196,24 @@ StrokedMeshes collect_meshes(const std::vector<fs::path>& places, const std::vec
     std::map<std::string, std::string> seen;  // names by identities
     for (const fs::path& place : places)
         for (const fs::path& file : files_of(place)) try {
-                const std::string name = name_of(file);
+                Scene scene;
+                if (is_scene(file))
+                    scene = read_scene(file);
+                else
+                    scene.file = scene.mesh.file = file;
+                if (scene.mesh.generate.empty()) scene.name = scene.mesh.file.stem();
+                const std::string name = scene.name;
                 if (!is_wanted(name, only)) continue;
-                const std::string identity = identity_of(file);
+                const std::string identity = identity_of(scene.mesh);
                 const auto [first, is_new] = seen.try_emplace(identity, name);
-                if (!is_new) {  // of one name: a scene and its mesh, or a copy
+                if (is_new) {
+                    meshes.taken.push_back(stroked_mesh(std::move(scene), most_nodes, folder));
+                    meshes.taken.back().name = name;
+                    meshes.taken.back().identity = identity;
+                } else if (first->second != name) {  // else a scene and its mesh, or a copy
                     const std::string why = fmt::format("{}: the same mesh as {}", file.string(), first->second);
-                    if (first->second != name) meshes.left_out.push_back({name, why});
-                    continue;
+                    meshes.left_out.push_back({name, why});
                 }
-                StrokedMesh mesh = stroked_mesh(file, most_nodes, folder);
-                mesh.identity = identity;
-                meshes.taken.push_back(std::move(mesh));
             } catch (const Error& error) {
                 meshes.left_out.push_back({file.stem(), error.what()});
             }
@@ -237,54 +221,29 @@ StrokedMeshes collect_meshes(const std::vector<fs::path>& places, const std::vec
 }
 
 std::string to_toml(const Scene& scene) {
-    const auto box = [](const Selection& where) {
-        if (where.below)
-            return fmt::format("below = {:.17g}\naxis = \"{}{}\"", where.below->depth_m,
-                               where.below->is_turned ? "-" : "", "xyz"[where.below->axis]);
-        return where.box_m ? fmt::format("box = [{:.17g}]", fmt::join(*where.box_m, ", "))
-                           : fmt::format("group = \"{}\"", where.group);
-    };
-    std::string text = fmt::format("name = \"{}\"\n\n[mesh]\n", scene.name);
-    const MeshSource& mesh = scene.mesh;
-    if (mesh.generate.empty()) {
-        text += fmt::format("file = \"{}\"\nscale = {:.17g}\n", fs::absolute(mesh.file).string(), mesh.scale_m);
-        if (mesh.linearize) text += "linearize = true\n";
-        if (mesh.node_count > 0) text += fmt::format("node_count = {}\n", mesh.node_count);
-        if (mesh.wrap) text += fmt::format("wrap = {}\n", *mesh.wrap);
-        if (mesh.edge_length_m > 0.0) text += fmt::format("edge_length = {:.17g}\n", mesh.edge_length_m);
-    } else {
-        text += fmt::format("generate = \"{}\"\nnodes_per_side = {}\nside = {:.17g}\n", mesh.generate,
-                            mesh.nodes_per_side, mesh.side_m);
+    Json values(options_of(scene).values());
+    const bool is_file = scene.mesh.generate.empty();
+    if (is_file) values["mesh"]["file"] = fs::absolute(scene.mesh.file).string();
+    for (const char* other : {is_file ? "nodes_per_side" : "scale", is_file ? "side" : "linearize"})
+        values["mesh"].erase(other);
+    if (scene.fixed.empty()) values.erase("fixed");
+    if (!values.contains("fixed"))
+        for (const Selection& fixed : scene.fixed) values["fixed"].push_back({{"box", *fixed.box_m}});
+    for (const char* key : {"mask_radius", "kinetic_friction"})  // 0 is for what is not there
+        if (values["contact"].contains(key) && values["contact"][key] == 0.0) values["contact"].erase(key);
+    if (scene.tool) values["tool"] = {{"max_torque", scene.tool->max_torque_n_m}, {"points", scene.tool->point_m}};
+    values["device"] = {{"max_force", scene.device.max_force_n}};
+    values["tables"] = {{"columns", "none"}};
+    if (scene.contact.fingers == 2 || scene.tool) values["tables"]["coupling_bytes"] = scene.tables.coupling_bytes;
+    std::string text = fmt::format("name = \"{}\"\n", scene.name);
+    for (const char* name : {"mesh", "material", "region", "fixed", "contact", "body", "tool", "device", "tables"}) {
+        if (!values.contains(name)) continue;
+        const Json& section = values[name];
+        for (const Json& table : section.is_array() ? section : Json::array({section})) {
+            text += section.is_array() ? fmt::format("\n[[{}]]\n", name) : fmt::format("\n[{}]\n", name);
+            for (const auto& [key, value] : table.items()) text += key + " = " + toml_of(value) + "\n";
+        }
     }
-    text += fmt::format("\n[material]\nyoung = {:.17g}\npoisson = {:.17g}\n", scene.material.young_pa,
-                        scene.material.poisson);
-    if (const auto& stiffens = scene.material.stiffening)
-        text += stiffens->curve.energy_j > 0.0
-                    ? fmt::format("stiffening = {{ curve = [{:.17g}], energy = {:.17g} }}\n",
-                                  fmt::join(stiffens->curve.c, ", "), stiffens->curve.energy_j)
-                : stiffens->fung > 0.0
-                    ? fmt::format("stiffening = {{ fung = {:.17g} }}\n", stiffens->fung)
-                    : fmt::format("stiffening = {{ yeoh = [{:.17g}, {:.17g}] }}\n", stiffens->y2, stiffens->y3);
-    for (const Region& region : scene.regions)
-        text += fmt::format("\n[[region]]\n{}\nyoung = {:.17g}\npoisson = {:.17g}\n", box(region.where),
-                            region.material.young_pa, region.material.poisson);
-    for (const Selection& fixed : scene.fixed) text += fmt::format("\n[[fixed]]\n{}\n", box(fixed));
-    const ContactOptions& contact = scene.contact;
-    text += fmt::format("\n[contact]\nforce = \"{}\"\ngod_object = \"{}\"\nrigid_stiffness = {:.17g}\n",
-                        word(contact.force), word(contact.god_object), contact.rigid_stiffness_n_per_m);
-    if (contact.fingers == 2) text += "fingers = 2\n";
-    if (contact.mask_radius_m > 0.0) text += fmt::format("mask_radius = {:.17g}\n", contact.mask_radius_m);
-    if (contact.static_friction > 0.0)
-        text += fmt::format("friction = {:.17g}\nkinetic_friction = {:.17g}\n", contact.static_friction,
-                            contact.kinetic_friction);
-    if (scene.free_body || scene.body_modes) text += "\n[body]\n" + body_of(scene);
-    if (scene.tool) {
-        text += fmt::format("\n[tool]\nmax_torque = {:.17g}\npoints = [", scene.tool->max_torque_n_m);
-        for (const auto& r : scene.tool->point_m) text += fmt::format("[{:.17g}], ", fmt::join(r, ", "));
-        text += "]\n";
-    }
-    text += fmt::format("\n[device]\nmax_force = {:.17g}\n\n[tables]\ncolumns = \"none\"\n", scene.device.max_force_n);
-    if (contact.fingers == 2 || scene.tool) text += fmt::format("coupling_bytes = {}\n", scene.tables.coupling_bytes);
     return text;
 }
 

@@ -84,7 +84,6 @@ public:
     double risen_j() const { return risen_j_; }  ///< the most, beyond what a wall makes
     int risen_tick() const { return risen_tick_; }
     double largest_j() const { return largest_j_; }  ///< that there was at once
-    double wall_j() const { return wall_j_; }
     double given_j() const { return given_j_; }
     /// What float forces and places make of the work, J: a rounding of each a tick, all of one sign.
     double rounded_j() const { return rounded_j_; }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Delta debugging (Zeller and Hildebrandt 2002), with runs of ticks that are left out
-#include "host/strokes/shrink.hpp"
-
 #include <algorithm>
+
+#include "host/strokes/judge.hpp"
 
 namespace haptable {
 

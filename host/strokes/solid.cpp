@@ -25,7 +25,6 @@ using Primitive = CGAL::AABB_triangle_primitive<Kernel, std::vector<Triangle>::c
 using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;
 
 Point point_of(const Vector3d& x) { return {x.x(), x.y(), x.z()}; }
-Vector3d vector_of(const Point& p) { return {p.x(), p.y(), p.z()}; }
 
 /// Every edge has an even number of triangles, so that one can say what is inside.
 void require_closed(const std::vector<std::array<std::uint16_t, 3>>& triangles) {
@@ -58,35 +57,30 @@ struct Solid::Trees {
     std::vector<Triangle> triangle;
     Tree tree;
 
-    Trees(const std::vector<Point>& points, const std::vector<std::array<std::uint16_t, 3>>& triangles)
-        : triangle(triangles_of(points, triangles)), tree(triangle.begin(), triangle.end()) {
-        tree.build();
-        tree.accelerate_distance_queries();
-    }
-
-    static std::vector<Triangle> triangles_of(const std::vector<Point>& points,
-                                              const std::vector<std::array<std::uint16_t, 3>>& triangles) {
-        std::vector<Triangle> list;
-        for (const auto& t : triangles) list.emplace_back(points[t[0]], points[t[1]], points[t[2]]);
+    std::size_t number(Tree::Primitive_id of) const { return static_cast<std::size_t>(of - triangle.begin()); }
+    std::vector<Tree::Primitive_id> met(const Kernel::Segment_3& by) const {
+        std::vector<Tree::Primitive_id> list;
+        tree.all_intersected_primitives(by, std::back_inserter(list));
         return list;
     }
 };
 
 Solid::Solid(const std::vector<std::array<float, 3>>& point, const std::vector<Corners>& triangle)
-    : corners_(triangle), around_(point.size()) {
-    std::vector<Point> points;
+    : trees_(std::make_unique<Trees>()), corners_(triangle), around_(point.size()) {
     Eigen::AlignedBox3d box;
     for (const auto& p : point) {
-        point_.emplace_back(static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2]));
-        points.push_back(point_of(point_.back()));
-        box.extend(point_.back());
+        box.extend(point_.emplace_back(Eigen::Map<const Eigen::Vector3f>(p.data()).cast<double>()));
         reach_m_ = std::max(reach_m_, point_.back().lpNorm<Eigen::Infinity>());
     }
-    for (std::size_t t = 0; t < triangle.size(); ++t)
-        for (std::uint16_t vertex : triangle[t]) around_[vertex].push_back(t);
     size_m_ = box.diagonal().norm();
     require_closed(triangle);
-    trees_ = std::make_unique<Trees>(points, triangle);
+    for (std::size_t t = 0; t < triangle.size(); ++t) {
+        const Corners& v = triangle[t];
+        for (const std::uint16_t vertex : v) around_[vertex].push_back(t);
+        trees_->triangle.emplace_back(point_of(point_[v[0]]), point_of(point_[v[1]]), point_of(point_[v[2]]));
+    }
+    trees_->tree.rebuild(trees_->triangle.begin(), trees_->triangle.end());
+    trees_->tree.accelerate_distance_queries();
 }
 
 Solid::~Solid() = default;
@@ -98,10 +92,8 @@ bool Solid::holds(const Vector3d& x) const {
     for (int tries = 0; tries < kTries; ++tries) {
         const Vector3d direction(std::cos(1.0 + 2.4 * tries), std::sin(1.0 + 2.4 * tries), 0.3 + 0.1 * tries);
         const Point p = point_of(x), q = point_of(x + far * direction);
-        std::vector<Tree::Primitive_id> met;
-        trees_->tree.all_intersected_primitives(Kernel::Segment_3(p, q), std::back_inserter(met));
         bool is_odd = false, is_told = true;
-        for (const auto& triangle : met) {
+        for (const auto& triangle : trees_->met({p, q})) {
             const std::optional<bool> crossed = crosses(p, q, *triangle);
             is_told &= crossed.has_value();
             is_odd ^= crossed.value_or(false);
@@ -120,25 +112,22 @@ bool Solid::sees(const Vector3d& from, const Vector3d& to) const {
 
 std::vector<Solid::Entry> Solid::entries(const Vector3d& from, const Vector3d& to, double near_m) const {
     if (from == to) return {};
-    std::vector<Tree::Primitive_id> crossed;
-    trees_->tree.all_intersected_primitives(Kernel::Segment_3(point_of(from), point_of(to)),
-                                            std::back_inserter(crossed));
     std::vector<Entry> list;
-    for (const auto& triangle : crossed) {
-        const Vector3d a = vector_of((*triangle)[0]);
-        const Vector3d normal = (vector_of((*triangle)[1]) - a).cross(vector_of((*triangle)[2]) - a).normalized();
-        const double start = normal.dot(from - a), end = normal.dot(to - a);
+    for (const auto& crossed : trees_->met({point_of(from), point_of(to)})) {
+        const std::size_t triangle = trees_->number(crossed);
+        const Vector3d &a = point_[corners_[triangle][0]], n = normal(triangle);
+        const double start = n.dot(from - a), end = n.dot(to - a);
         const bool is_along = std::max(std::abs(start), std::abs(end)) <= near_m;
         if (end >= start && !is_along) continue;
         const double fraction = is_along ? 0.0 : std::clamp(start / (start - end), 0.0, 1.0);
-        list.push_back({static_cast<std::size_t>(triangle - trees_->triangle.begin()), from + fraction * (to - from)});
+        list.push_back({triangle, from + fraction * (to - from)});
     }
     return list;
 }
 
 Solid::Entry Solid::nearest(const Vector3d& x) const {
     const auto [point, triangle] = trees_->tree.closest_point_and_primitive(point_of(x));
-    return {static_cast<std::size_t>(triangle - trees_->triangle.begin()), vector_of(point)};
+    return {trees_->number(triangle), {point.x(), point.y(), point.z()}};
 }
 
 Vector3d Solid::normal(std::size_t triangle) const {
@@ -146,14 +135,15 @@ Vector3d Solid::normal(std::size_t triangle) const {
     return (point_[v[1]] - point_[v[0]]).cross(point_[v[2]] - point_[v[0]]).normalized();
 }
 
-bool Solid::has(std::size_t triangle, std::uint16_t vertex) const {
+/// Which corner of a triangle a vertex is; 3: none.
+std::size_t Solid::corner(std::size_t triangle, std::uint16_t vertex) const {
     const Corners& v = corners_[triangle];
-    return std::find(v.begin(), v.end(), vertex) != v.end();
+    return static_cast<std::size_t>(std::find(v.begin(), v.end(), vertex) - v.begin());
 }
 
 double Solid::angle(std::size_t triangle, std::uint16_t vertex) const {
     const Corners& v = corners_[triangle];
-    const auto c = static_cast<std::size_t>(std::find(v.begin(), v.end(), vertex) - v.begin());
+    const std::size_t c = corner(triangle, vertex);
     const Vector3d a = point_[v[(c + 1) % 3]] - point_[vertex], b = point_[v[(c + 2) % 3]] - point_[vertex];
     return std::atan2(a.cross(b).norm(), a.dot(b));
 }
@@ -165,7 +155,7 @@ bool Solid::is_one_ring(std::uint16_t vertex) const {
     for (std::size_t k = 0; k < ring.size(); ++k)
         for (std::size_t t : all)
             for (std::uint16_t other : corners_[ring[k]])
-                if (other != vertex && has(t, other) && std::find(ring.begin(), ring.end(), t) == ring.end())
+                if (other != vertex && corner(t, other) < 3 && std::find(ring.begin(), ring.end(), t) == ring.end())
                     ring.push_back(t);
     return ring.size() == all.size();
 }
@@ -178,7 +168,7 @@ std::optional<Vector3d> Solid::outward(std::size_t triangle, const Vector3d& alp
     Vector3d sum = Vector3d::Zero();
     std::size_t count = 0;
     for (std::size_t t : around_[on.front()]) {
-        if (!has(t, on.back())) continue;
+        if (corner(t, on.back()) == 3) continue;
         sum += (on.size() == 1 ? angle(t, on.front()) : 1.0) * normal(t);
         ++count;
     }

@@ -47,7 +47,7 @@ private:
     using Corners = std::array<std::uint16_t, 3>;
     Eigen::Vector3d normal(std::size_t triangle) const;
     double angle(std::size_t triangle, std::uint16_t vertex) const;
-    bool has(std::size_t triangle, std::uint16_t vertex) const;
+    std::size_t corner(std::size_t triangle, std::uint16_t vertex) const;
     bool is_one_ring(std::uint16_t vertex) const;
 
     struct Trees;

@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "host/strokes/stroke.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <random>
 
+#include "host/link/finger_path.hpp"
 #include "host/strokes/motion.hpp"
 
 namespace haptable {
@@ -27,23 +32,33 @@ std::uint64_t mix(std::uint64_t a, std::uint64_t b) {
     return z ^ (z >> 31);
 }
 
-}  // namespace
-
-std::array<float, 4> turn_of(const std::array<float, 3>& vector) {
-    const double rest = 1.0 - to_vector(vector.data()).squaredNorm();
-    return {static_cast<float>(std::sqrt(std::max(0.0, rest))), vector[0], vector[1], vector[2]};
+Vector3d corner_of(const ServoModel& servo, std::size_t patch, std::size_t c) {
+    return to_vector(servo.vertex_m[servo.patch[patch][c]].data());
 }
 
-/// A finger on its way, and its dice.
-struct StrokeMaker::Pen {
+/// Along the normal.
+Vector3d twice_area(const ServoModel& servo, std::size_t patch) {
+    const Vector3d a = corner_of(servo, patch, 0);
+    return (corner_of(servo, patch, 1) - a).cross(corner_of(servo, patch, 2) - a);
+}
+
+using Path = std::vector<std::array<float, 3>>;
+
+/// A finger on its way over a surface, and its dice.
+struct Pen {
+    const ServoModel& servo;
+    const std::vector<double>& area;  ///< [p] sums of the areas so far
+    double size_m;
     std::mt19937_64 dice;
-    Path path;
+    Path path = {};
     Vector3d at = Vector3d::Zero();
 
     double between(double low, double high) { return std::uniform_real_distribution<double>(low, high)(dice); }
     double scale(double low, double high) { return std::exp(between(std::log(low), std::log(high))); }
     std::size_t below(std::size_t count) { return std::uniform_int_distribution<std::size_t>(0, count - 1)(dice); }
     double speed() { return scale(kSlowest_m_s, kFastest_m_s); }
+    double depth() { return size_m * scale(kShallow, kDeepest); }
+    double height() { return size_m * scale(kShallow, kHigh); }
     Vector3d direction() {
         for (;;) {
             const Vector3d d(between(-1, 1), between(-1, 1), between(-1, 1));
@@ -51,6 +66,32 @@ struct StrokeMaker::Pen {
         }
     }
     Vector3d along(const Vector3d& normal) { return direction().cross(normal).normalized(); }
+
+    Vector3d corner(std::size_t patch, std::size_t c) const { return corner_of(servo, patch, c); }
+    Vector3d normal(std::size_t patch) const { return twice_area(servo, patch).normalized(); }
+    /// Everywhere on the surface as often as on any patch, however small.
+    std::size_t any_patch() {
+        if (below(2) == 0) return below(area.size());
+        const auto found = std::lower_bound(area.begin(), area.end(), between(0.0, area.back()));
+        return static_cast<std::size_t>(std::min(found, area.end() - 1) - area.begin());
+    }
+    /// Inside, or, one in four, on an edge or a vertex.
+    Vector3d any_point(std::size_t patch) {
+        Vector3d alpha(between(0, 1), between(0, 1), between(0, 1));
+        if (below(4) == 0) alpha[static_cast<Eigen::Index>(below(3))] = 0.0;
+        if (below(16) == 0) alpha = Vector3d::Unit(static_cast<Eigen::Index>(below(3)));
+        alpha /= alpha.sum();
+        return alpha[0] * corner(patch, 0) + alpha[1] * corner(patch, 1) + alpha[2] * corner(patch, 2);
+    }
+    std::size_t any_neighbour(std::size_t patch) {
+        const std::uint16_t next = servo.neighbour[patch][below(3)];
+        return next == HAPTABLE_NONE ? patch : next;
+    }
+    /// Sharpness of the edge opposite to a corner: 0 where it is flat, 2 where it is a knife's.
+    double sharpness(std::size_t patch, std::size_t c) const {
+        const std::uint16_t across = servo.neighbour[patch][c];
+        return across == HAPTABLE_NONE ? 0.0 : 1.0 - normal(patch).dot(normal(across));
+    }
 
     void put(const Vector3d& x) {
         at = x;
@@ -72,86 +113,42 @@ struct StrokeMaker::Pen {
     }
 };
 
-StrokeMaker::StrokeMaker(const ServoModel& servo)
-    : servo_(servo), size_m_(static_cast<double>(servo.tolerance_m) * 0x1p20) {
-    double sum = 0.0;
-    for (std::size_t p = 0; p < servo.patch.size(); ++p) {
-        sum += (corner(p, 1) - corner(p, 0)).cross(corner(p, 2) - corner(p, 0)).norm();
-        area_.push_back(sum);
-    }
-}
-
-Vector3d StrokeMaker::corner(std::size_t patch, std::size_t c) const {
-    return to_vector(servo_.vertex_m[servo_.patch[patch][c]].data());
-}
-
-Vector3d StrokeMaker::normal(std::size_t patch) const {
-    return (corner(patch, 1) - corner(patch, 0)).cross(corner(patch, 2) - corner(patch, 0)).normalized();
-}
-
-/// Everywhere on the surface as often as on any patch, however small.
-std::size_t StrokeMaker::any_patch(Pen& pen) const {
-    if (pen.below(2) == 0) return pen.below(area_.size());
-    const auto at = std::lower_bound(area_.begin(), area_.end(), pen.between(0.0, area_.back()));
-    return static_cast<std::size_t>(std::min(at, area_.end() - 1) - area_.begin());
-}
-
-/// Inside, or, one in four, on an edge or a vertex.
-Vector3d StrokeMaker::any_point(std::size_t patch, Pen& pen) const {
-    Vector3d alpha(pen.between(0, 1), pen.between(0, 1), pen.between(0, 1));
-    if (pen.below(4) == 0) alpha[static_cast<Eigen::Index>(pen.below(3))] = 0.0;
-    if (pen.below(16) == 0) alpha = Vector3d::Unit(static_cast<Eigen::Index>(pen.below(3)));
-    alpha /= alpha.sum();
-    return alpha[0] * corner(patch, 0) + alpha[1] * corner(patch, 1) + alpha[2] * corner(patch, 2);
-}
-
-std::size_t StrokeMaker::any_neighbour(std::size_t patch, Pen& pen) const {
-    const std::uint16_t next = servo_.neighbour[patch][pen.below(3)];
-    return next == HAPTABLE_NONE ? patch : next;
-}
-
-/// Sharpness of the edge opposite to a corner: 0 where it is flat, 2 where it is a knife's.
-double StrokeMaker::sharpness(std::size_t patch, std::size_t corner) const {
-    const std::uint16_t across = servo_.neighbour[patch][corner];
-    return across == HAPTABLE_NONE ? 0.0 : 1.0 - normal(patch).dot(normal(across));
-}
-
 /// In along the normal, straight ways at that depth, out along the normal of the begin.
-void StrokeMaker::slide(Pen& pen) const {
-    const std::size_t patch = any_patch(pen);
-    const Vector3d n = normal(patch), g = any_point(patch, pen);
-    const double depth = size_m_ * pen.scale(kShallow, kDeepest), high = size_m_ * pen.scale(kShallow, kHigh);
+void slide(Pen& pen) {
+    const std::size_t patch = pen.any_patch();
+    const Vector3d n = pen.normal(patch), g = pen.any_point(patch);
+    const double depth = pen.depth(), high = pen.height();
     pen.put(g + high * n);
     pen.reach(g - depth * n, pen.speed());
     for (std::size_t turn = 1 + pen.below(5); turn > 0; --turn) {
-        pen.line(pen.at + size_m_ * pen.scale(0.01, 0.5) * pen.along(n), pen.speed());
+        pen.line(pen.at + pen.size_m * pen.scale(0.01, 0.5) * pen.along(n), pen.speed());
         if (pen.below(4) == 0) pen.rest(1 + pen.below(5));
     }
     pen.reach(pen.at + (depth + 2.0 * high) * n, pen.speed());
 }
 
 /// From patch to neighbouring patch, at a depth under each: over edges and into creases.
-void StrokeMaker::follow(Pen& pen) const {
-    std::size_t patch = any_patch(pen);
-    const double depth = size_m_ * pen.scale(kShallow, kDeepest), speed = pen.speed();
-    pen.put(any_point(patch, pen) + size_m_ * pen.scale(kShallow, kHigh) * normal(patch));
+void follow(Pen& pen) {
+    std::size_t patch = pen.any_patch();
+    const double depth = pen.depth(), speed = pen.speed();
+    pen.put(pen.any_point(patch) + pen.height() * pen.normal(patch));
     for (std::size_t steps = 2 + pen.below(14); steps > 0; --steps) {
-        pen.line(any_point(patch, pen) - depth * normal(patch), speed);
-        patch = any_neighbour(patch, pen);
+        pen.line(pen.any_point(patch) - depth * pen.normal(patch), speed);
+        patch = pen.any_neighbour(patch);
     }
-    pen.reach(pen.at + (depth + size_m_ * kHigh) * normal(patch), pen.speed());
+    pen.reach(pen.at + (depth + pen.size_m * kHigh) * pen.normal(patch), pen.speed());
 }
 
 /// Square to the sharpest of a few edges, to both sides of it.
-void StrokeMaker::cross_edge(Pen& pen) const {
-    std::size_t patch = any_patch(pen), c = pen.below(3);
+void cross_edge(Pen& pen) {
+    std::size_t patch = pen.any_patch(), c = pen.below(3);
     for (int tries = 0; tries < 8; ++tries) {
-        const std::size_t p = any_patch(pen), k = pen.below(3);
-        if (sharpness(p, k) > sharpness(patch, c)) patch = p, c = k;
+        const std::size_t p = pen.any_patch(), k = pen.below(3);
+        if (pen.sharpness(p, k) > pen.sharpness(patch, c)) patch = p, c = k;
     }
-    const Vector3d a = corner(patch, (c + 1) % 3), b = corner(patch, (c + 2) % 3), n = normal(patch);
+    const Vector3d a = pen.corner(patch, (c + 1) % 3), b = pen.corner(patch, (c + 2) % 3), n = pen.normal(patch);
     const Vector3d middle = a + pen.between(0.0, 1.0) * (b - a), across = (b - a).cross(n).normalized();
-    const double depth = size_m_ * pen.scale(kShallow, kDeepest), reach = size_m_ * pen.scale(0.005, 0.1);
+    const double depth = pen.depth(), reach = pen.size_m * pen.scale(0.005, 0.1);
     pen.put(middle - 0.5 * reach * across + 2.0 * depth * n);
     pen.reach(middle - 0.5 * reach * across - depth * n, pen.speed());
     const double speed = pen.speed();
@@ -163,84 +160,93 @@ void StrokeMaker::cross_edge(Pen& pen) const {
 }
 
 /// In, around, and out where it came in.
-void StrokeMaker::loop(Pen& pen) const {
-    const std::size_t patch = any_patch(pen);
-    const Vector3d n = normal(patch), g = any_point(patch, pen);
-    const double depth = size_m_ * pen.scale(1e-3, kDeepest), side = size_m_ * pen.scale(0.005, 0.1);
+void loop(Pen& pen) {
+    const std::size_t patch = pen.any_patch();
+    const Vector3d n = pen.normal(patch), g = pen.any_point(patch);
+    const double depth = pen.size_m * pen.scale(1e-3, kDeepest), side = pen.size_m * pen.scale(0.005, 0.1);
     const Vector3d one = side * pen.along(n), two = pen.between(-1, 1) * one + side * pen.between(-1, 1) * pen.along(n);
     const double speed = std::max(pen.speed(), side / (kTick_s * kMostTicksOfLine));
-    pen.put(g + size_m_ * 0.005 * n);
+    pen.put(g + pen.size_m * 0.005 * n);
     pen.reach(g - depth * n, pen.speed());
     for (const Vector3d& to : {one, two, Vector3d(Vector3d::Zero())}) pen.reach(g - depth * n + to, speed);
-    pen.reach(g + size_m_ * 0.01 * n, pen.speed());
+    pen.reach(g + pen.size_m * 0.01 * n, pen.speed());
 }
 
 /// Straight through, from outside to outside.
-void StrokeMaker::pass(Pen& pen) const {
-    const std::size_t first = any_patch(pen), second = any_patch(pen);
-    const Vector3d a = any_point(first, pen), b = any_point(second, pen);
-    const Vector3d along = (b - a).norm() > 1e-3 * size_m_ ? (b - a).normalized() : pen.direction();
-    pen.put(a - size_m_ * pen.scale(kShallow, kHigh) * along);
+void pass(Pen& pen) {
+    const std::size_t first = pen.any_patch(), second = pen.any_patch();
+    const Vector3d a = pen.any_point(first), b = pen.any_point(second);
+    const Vector3d along = (b - a).norm() > 1e-3 * pen.size_m ? (b - a).normalized() : pen.direction();
+    pen.put(a - pen.height() * along);
     const double speed = pen.between(1.0, kPass_m_s);
-    pen.line(b + size_m_ * kHigh * along, speed);
-    if (pen.below(2) == 0) pen.line(a - size_m_ * kHigh * along, speed);
+    pen.line(b + pen.size_m * kHigh * along, speed);
+    if (pen.below(2) == 0) pen.line(a - pen.size_m * kHigh * along, speed);
 }
 
 /// A shaking hand at the surface, wandering a little.
-void StrokeMaker::tremble(Pen& pen) const {
-    const std::size_t patch = any_patch(pen);
-    const Vector3d n = normal(patch), g = any_point(patch, pen);
-    const double width = size_m_ * pen.scale(1e-6, 5e-3), turns = pen.between(5.0, 250.0);
+void tremble(Pen& pen) {
+    const std::size_t patch = pen.any_patch();
+    const Vector3d n = pen.normal(patch), g = pen.any_point(patch);
+    const double width = pen.size_m * pen.scale(1e-6, 5e-3), turns = pen.between(5.0, 250.0);
     const Vector3d drift = pen.scale(1e-3, 0.05) * kTick_s * (pen.along(n) + pen.between(-0.1, 0.1) * n);
     const bool regular = pen.below(2) == 0;
-    pen.put(g + size_m_ * 0.002 * n);
+    pen.put(g + pen.size_m * 0.002 * n);
     const std::size_t ticks = 50 + pen.below(150);
     for (std::size_t i = 0; i < ticks; ++i) {
         const double t = static_cast<double>(i);
         const Vector3d shake = regular ? Vector3d(std::sin(2.0 * EIGEN_PI * turns * kTick_s * t) * n) : pen.direction();
         pen.put(g + t * drift + width * pen.between(0.5, 1.0) * shake);
     }
-    pen.reach(pen.at + size_m_ * kHigh * n, pen.speed());
+    pen.reach(pen.at + pen.size_m * kHigh * n, pen.speed());
 }
 
 /// In and out, from place to place.
-void StrokeMaker::poke(Pen& pen) const {
-    std::size_t patch = any_patch(pen);
-    const double depth = size_m_ * pen.scale(kShallow, kDeepest);
-    pen.put(any_point(patch, pen) + depth * normal(patch));
+void poke(Pen& pen) {
+    std::size_t patch = pen.any_patch();
+    const double depth = pen.depth();
+    pen.put(pen.any_point(patch) + depth * pen.normal(patch));
     for (std::size_t turn = 2 + pen.below(5); turn > 0; --turn) {
-        const Vector3d g = any_point(patch, pen), n = (normal(patch) + 0.5 * pen.direction()).normalized();
+        const Vector3d g = pen.any_point(patch), n = (pen.normal(patch) + 0.5 * pen.direction()).normalized();
         pen.line(g - depth * n, pen.speed());
         pen.line(g + depth * n, pen.speed());
-        for (int hop = 0; hop < 3; ++hop) patch = any_neighbour(patch, pen);
+        for (int hop = 0; hop < 3; ++hop) patch = pen.any_neighbour(patch);
     }
-    pen.reach(pen.at + size_m_ * kHigh * normal(patch), pen.speed());
+    pen.reach(pen.at + pen.size_m * kHigh * pen.normal(patch), pen.speed());
 }
 
 /// A session that starts with the finger in the body.
-void StrokeMaker::begin_inside(Pen& pen) const {
-    const std::size_t patch = any_patch(pen);
-    const Vector3d n = normal(patch), g = any_point(patch, pen);
-    const double depth = size_m_ * pen.scale(kShallow, kDeepest);
+void begin_inside(Pen& pen) {
+    const std::size_t patch = pen.any_patch();
+    const Vector3d n = pen.normal(patch), g = pen.any_point(patch);
+    const double depth = pen.depth();
     pen.put(g - depth * n);
     pen.line(pen.at + depth * pen.direction(), pen.speed());
     pen.line(g + depth * n, pen.speed());
     if (pen.below(2) == 0) pen.rest(1 + pen.below(3));
-    pen.line(any_point(any_neighbour(patch, pen), pen) - depth * n, pen.speed());
-    pen.reach(g + size_m_ * kHigh * n, pen.speed());
+    pen.line(pen.any_point(pen.any_neighbour(patch)) - depth * n, pen.speed());
+    pen.reach(g + pen.size_m * kHigh * n, pen.speed());
 }
 
-StrokeMaker::Path StrokeMaker::path(std::uint64_t seed, std::uint64_t number) const {
-    using Kind = void (StrokeMaker::*)(Pen&) const;
+}  // namespace
+
+std::array<float, 4> turn_of(const std::array<float, 3>& vector) {
+    const double rest = 1.0 - to_vector(vector.data()).squaredNorm();
+    return {static_cast<float>(std::sqrt(std::max(0.0, rest))), vector[0], vector[1], vector[2]};
+}
+
+StrokeMaker::StrokeMaker(const ServoModel& servo)
+    : servo_(servo), size_m_(static_cast<double>(servo.tolerance_m) * 0x1p20) {
+    double sum = 0.0;
+    for (std::size_t p = 0; p < servo.patch.size(); ++p) area_.push_back(sum += twice_area(servo, p).norm());
+}
+
+Path StrokeMaker::path(std::uint64_t seed, std::uint64_t number) const {
     // As often as they stand here.
-    static constexpr std::array<Kind, 16> kKinds{
-        &StrokeMaker::slide,      &StrokeMaker::slide,      &StrokeMaker::slide,  &StrokeMaker::slide,
-        &StrokeMaker::follow,     &StrokeMaker::follow,     &StrokeMaker::follow, &StrokeMaker::cross_edge,
-        &StrokeMaker::cross_edge, &StrokeMaker::cross_edge, &StrokeMaker::loop,   &StrokeMaker::loop,
-        &StrokeMaker::pass,       &StrokeMaker::tremble,    &StrokeMaker::poke,   &StrokeMaker::begin_inside,
-    };
-    Pen pen{std::mt19937_64(mix(seed, number)), {}, Vector3d::Zero()};
-    (this->*kKinds[pen.below(kKinds.size())])(pen);
+    static constexpr auto kKinds =
+        std::to_array<void (*)(Pen&)>({slide, slide, slide, slide, follow, follow, follow, cross_edge, cross_edge,
+                                       cross_edge, loop, loop, pass, tremble, poke, begin_inside});
+    Pen pen{servo_, area_, size_m_, std::mt19937_64(mix(seed, number))};
+    kKinds[pen.below(kKinds.size())](pen);
     return std::move(pen.path);
 }
 
@@ -259,7 +265,7 @@ Stroke StrokeMaker::make(std::uint64_t seed, std::uint64_t number, int fingers) 
 Stroke StrokeMaker::make_poses(std::uint64_t seed, std::uint64_t number) const {
     constexpr double kFastest = 0.02, kSway = 2.0, kSlower = 0.3;  // rad a tick, rad
     Stroke stroke = make(seed, number, 1);
-    Pen pen{std::mt19937_64(mix(~seed, number)), {}, Vector3d::Zero()};
+    Pen pen{servo_, area_, size_m_, std::mt19937_64(mix(~seed, number))};
     const Vector3d fast = kSway * pen.between(0.0, 1.0) * pen.direction();
     const Vector3d slow = pen.between(0.0, std::numbers::pi) * pen.direction();
     const double per_tick = pen.scale(0.01 * kFastest, kFastest);
@@ -269,6 +275,31 @@ Stroke StrokeMaker::make_poses(std::uint64_t seed, std::uint64_t number) const {
         const Eigen::Quaterniond turn(Eigen::AngleAxisd(by.norm(), by.norm() > 0.0 ? by.normalized() : by));
         for (std::size_t c = 0; c < 3; ++c)
             stroke[i][1][c] = static_cast<float>(std::copysign(1.0, turn.w()) * turn.vec()[static_cast<int>(c)]);
+    }
+    return stroke;
+}
+
+std::string to_csv(const Stroke& stroke, int fingers) {
+    std::string text = fingers == 2 ? "x,y,z,x2,y2,z2\n" : fingers == kToolHand ? "x,y,z,qw,qx,qy,qz\n" : "x,y,z\n";
+    for (const FingerPositions& x : stroke) {
+        text += fmt::format("{:.9g},{:.9g},{:.9g}", x[0][0], x[0][1], x[0][2]);
+        if (fingers == kToolHand) text += fmt::format(",{:.9g}", fmt::join(turn_of(x[1]), ","));
+        if (fingers == 2) text += fmt::format(",{:.9g},{:.9g},{:.9g}", x[1][0], x[1][1], x[1][2]);
+        text += "\n";
+    }
+    return text;
+}
+
+Stroke read_stroke(const std::filesystem::path& file) {
+    Stroke stroke;
+    const auto rounded = [](const std::array<double, 3>& x) {
+        return std::array{static_cast<float>(x[0]), static_cast<float>(x[1]), static_cast<float>(x[2])};
+    };
+    for (const FingerTick& tick : read_finger_ticks(file, Positions::any)) {
+        std::array<double, 3> second = tick.others.empty() ? std::array<double, 3>{} : tick.others[0].position_m;
+        if (tick.turn)
+            for (std::size_t c = 0; c < 3; ++c) second[c] = std::copysign(1.0, (*tick.turn)[0]) * (*tick.turn)[1 + c];
+        stroke.push_back({rounded(tick.position_m), rounded(second)});
     }
     return stroke;
 }

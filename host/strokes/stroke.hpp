@@ -3,10 +3,10 @@
 // do.
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
 #include <cstdint>
-#include <random>
+#include <filesystem>
+#include <string>
 #include <vector>
 
 #include "codegen/model.hpp"
@@ -18,6 +18,11 @@ namespace haptable {
 using FingerPositions = std::array<std::array<float, 3>, 2>;
 /// One a millisecond.
 using Stroke = std::vector<FingerPositions>;
+
+/// A stroke as the servo's CSV (docs/SPEC.md), to the bits of its floats; and back. fingers: 1, 2, or kToolHand.
+constexpr int kToolHand = 0;
+std::string to_csv(const Stroke& stroke, int fingers);
+Stroke read_stroke(const std::filesystem::path& file);
 
 /// The whole turn, w x y z, of its vector part.
 std::array<float, 4> turn_of(const std::array<float, 3>& vector);
@@ -35,24 +40,7 @@ public:
     Stroke make_poses(std::uint64_t seed, std::uint64_t number) const;
 
 private:
-    struct Pen;
-    using Path = std::vector<std::array<float, 3>>;
-    Path path(std::uint64_t seed, std::uint64_t number) const;
-    Eigen::Vector3d corner(std::size_t patch, std::size_t c) const;
-    Eigen::Vector3d normal(std::size_t patch) const;
-    Eigen::Vector3d any_point(std::size_t patch, Pen& pen) const;
-    std::size_t any_patch(Pen& pen) const;
-    std::size_t any_neighbour(std::size_t patch, Pen& pen) const;
-    double sharpness(std::size_t patch, std::size_t corner) const;
-
-    void slide(Pen& pen) const;
-    void follow(Pen& pen) const;
-    void cross_edge(Pen& pen) const;
-    void loop(Pen& pen) const;
-    void pass(Pen& pen) const;
-    void tremble(Pen& pen) const;
-    void poke(Pen& pen) const;
-    void begin_inside(Pen& pen) const;
+    std::vector<std::array<float, 3>> path(std::uint64_t seed, std::uint64_t number) const;
 
     const ServoModel& servo_;
     double size_m_;

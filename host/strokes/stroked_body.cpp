@@ -31,11 +31,6 @@ struct MoverWords {
 constexpr MoverWords kRigid[] = {HAPTABLE_RIGID_MOVERS(HAPTABLE_WORDS)},
                      kSurface[] = {HAPTABLE_SURFACE_MOVERS(HAPTABLE_WORDS)};
 
-SceneFiles computed(const Scene& scene, const fs::path& folder, Progress& progress) {
-    precompute(scene, folder, progress);
-    return read_scene_files(folder);
-}
-
 }  // namespace
 
 std::string BodyKind::name() const {
@@ -91,7 +86,7 @@ SceneFiles BodyTables::with(const TouchMode& mode) {
     const fs::path folder = folder_of(mode);
     TouchMode other = mode;
     for (const int fingers : {1, 2})
-        for (const ForceLaw force : kForcesOfTables) {
+        for (const ForceLaw force : every<ForceLaw>()) {
             other.force = force, other.fingers = fingers, other.tool = false;
             if (!fs::exists(folder) && fs::exists(folder_of(other) / "summary.json"))
                 fs::copy(folder_of(other), folder, fs::copy_options::recursive);
@@ -116,9 +111,6 @@ double BodyTables::cpu_s() const {
     }
     return sum_s;
 }
-
-StrokedBody::StrokedBody(const Scene& scene, const fs::path& folder, Progress& progress)
-    : StrokedBody(computed(scene, folder, progress)) {}
 
 StrokedBody::StrokedBody(SceneFiles files)
     : files_(std::move(files)),

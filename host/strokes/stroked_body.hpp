@@ -10,7 +10,6 @@
 
 #include "codegen/loaded_scene.hpp"
 #include "host/base/modes.hpp"
-#include "host/base/progress.hpp"
 #include "host/inverse/cholmod_inverse.hpp"
 #include "host/scene/scene.hpp"
 #include "host/strokes/judge.hpp"
@@ -54,11 +53,9 @@ std::vector<TouchMode> all_modes();
 /// The scene touched so: friction 0.3 and 0.2, eight modes, 1,000 kg/m^3, and what else a scene has by default.
 Scene in_mode(Scene scene, const TouchMode& mode);
 
-/// In this order a body's tables take least: the inversion for edges gives S_i too.
-inline constexpr auto kForcesOfTables = every<ForceLaw>();
-
 /// A body's tables for each force, in folders of their own; what is there is not computed again. K is factorised once,
-/// and S_i are those of one force for all.
+/// and S_i are those of one force for all. In the order of every<ForceLaw>() they take least: the inversion for edges
+/// gives S_i too.
 class BodyTables {
 public:
     /// A tick is judged by these tables themselves: their error is not what is judged here, and single precision is
@@ -84,8 +81,6 @@ private:
 class StrokedBody {
 public:
     explicit StrokedBody(SceneFiles files);
-    /// scene: with its force. Tables go to `folder`; they are not computed again where it holds them.
-    StrokedBody(const Scene& scene, const std::filesystem::path& folder, Progress& progress);
     StrokedBody(const StrokedBody&) = delete;
     StrokedBody& operator=(const StrokedBody&) = delete;
 

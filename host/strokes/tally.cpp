@@ -12,7 +12,7 @@ namespace haptable {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
+using CampaignJson = nlohmann::ordered_json;
 
 constexpr std::size_t kLongBehind = 20;  // ticks
 
@@ -30,14 +30,14 @@ void for_each_count(const Visit& visit) {
     visit("passed_motions", &Tally::passed);
 }
 
-Tally tally_of(const Json& json) {
+Tally tally_of(const CampaignJson& json) {
     Tally tally;
     for_each_count([&](const char* name, std::size_t Tally::*count) { json.at(name).get_to(tally.*count); });
     json.at("most_given").get_to(tally.most_given);
     json.at("most_area").get_to(tally.most_area);
     json.at("cpu_s").get_to(tally.cpu_s);
     for (std::size_t f = 0; f < kFaults; ++f) json.at("faults").at(std::string(kFaultNames[f])).get_to(tally.faulty[f]);
-    for (const Json& one : json.at("broken")) {
+    for (const CampaignJson& one : json.at("broken")) {
         Broken& broken = tally.broken.emplace_back();
         one.at("stroke").get_to(broken.number);
         one.at("ticks").get_to(broken.verdict.tick);
@@ -73,21 +73,27 @@ void Tally::add(const Tally& other) {
     broken.insert(broken.end(), other.broken.begin(), other.broken.end());
 }
 
-Json to_json(const Tally& tally) {
-    Json json;
+Tally sum_of(const std::vector<Tally>& tallies) {
+    Tally sum;
+    for (const Tally& tally : tallies) sum.add(tally);
+    return sum;
+}
+
+CampaignJson to_json(const Tally& tally) {
+    CampaignJson json;
     for_each_count([&](const char* name, std::size_t Tally::*count) { json[name] = tally.*count; });
     json["most_given"] = tally.most_given;
     json["most_area"] = tally.most_area;
     json["cpu_s"] = tally.cpu_s;
     for (std::size_t f = 0; f < kFaults; ++f) json["faults"][std::string(kFaultNames[f])] = tally.faulty[f];
-    json["broken"] = Json::array();
+    json["broken"] = CampaignJson::array();
     for (const Broken& broken : tally.broken)
         json["broken"].push_back({{"stroke", broken.number}, {"ticks", broken.verdict.tick}});
     return json;
 }
 
 void write_tally(const std::filesystem::path& file, const std::string& key, const Tally& tally) {
-    Json json = to_json(tally);
+    CampaignJson json = to_json(tally);
     json["key"] = key;
     std::filesystem::create_directories(file.parent_path());
     write_file(file, json_text(json, 1) + "\n");
@@ -95,10 +101,10 @@ void write_tally(const std::filesystem::path& file, const std::string& key, cons
 
 std::optional<Tally> read_tally(const std::filesystem::path& file, const std::string& key) try {
     if (!std::filesystem::exists(file)) return {};
-    const Json json = Json::parse(read_file(file));
+    const CampaignJson json = CampaignJson::parse(read_file(file));
     if (json.at("key") != key) return {};
     return tally_of(json);
-} catch (const Json::exception& error) {
+} catch (const CampaignJson::exception& error) {
     throw Error(file.string() + ": holds no counts: " + error.what() + "; remove it to stroke again");
 }
 

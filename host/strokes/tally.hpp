@@ -36,6 +36,8 @@ struct Tally {
     void add(const Tally& other);
 };
 
+Tally sum_of(const std::vector<Tally>& tallies);
+
 nlohmann::ordered_json to_json(const Tally& tally);
 
 /// Keeps it, beside and then renamed. key: of all that the counts depend on.

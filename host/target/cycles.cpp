@@ -29,13 +29,16 @@ std::string printed_by(const std::string& command) {
 /// reaches 126 bytes, may be any; a call, for which llvm-mca assumes 100 cycles, is a branch, as what it calls follows.
 /// LLVM 14's Cortex-M7 knows no comparison of floats: it gets another operation of the same unit.
 std::string for_mca(const std::string& instruction) {
-    static const std::regex short_branch("^(\tcbn?z\t.*)0x[0-9a-f]+"), call("^\tbl\t"), call_register("^\tblx\t"),
-        compare("^\tvcmpe?\\.f32\t(s[0-9]+),.*"), back("^\tbx\tlr");
-    std::string text = std::regex_replace(instruction, short_branch, "$1#4");
-    text = std::regex_replace(text, call, "\tb\t");
-    text = std::regex_replace(text, call_register, "\tbx\t");
-    text = std::regex_replace(text, back, "\tb\t#4");
-    return std::regex_replace(text, compare, "\tvabs.f32\ts31, $1");
+    static const std::pair<std::regex, const char*> kSame[] = {
+        {std::regex("^(\tcbn?z\t.*)0x[0-9a-f]+"), "$1#4"},
+        {std::regex("^\tbl\t"), "\tb\t"},
+        {std::regex("^\tblx\t"), "\tbx\t"},
+        {std::regex("^\tbx\tlr"), "\tb\t#4"},
+        {std::regex("^\tvcmpe?\\.f32\t(s[0-9]+),.*"), "\tvabs.f32\ts31, $1"},
+    };
+    std::string text = instruction;
+    for (const auto& [what, by] : kSame) text = std::regex_replace(text, what, by);
+    return text;
 }
 
 /// The instructions of an IT block without their conditions, and the IT itself as a nop: LLVM 14's Cortex-M7 does not
@@ -74,13 +77,6 @@ std::map<std::uint64_t, std::string> disassemble(const TargetImage& image) {
     return text;
 }
 
-std::optional<std::uint64_t> total_cycles(const std::string& report) {
-    const std::string key = "Total Cycles:";
-    const std::size_t at = report.find(key);
-    if (at == std::string::npos) return std::nullopt;
-    return std::stoull(report.substr(at + key.size()));
-}
-
 }  // namespace
 
 template <std::size_t size>
@@ -99,8 +95,12 @@ std::optional<std::uint64_t> estimate_cycles(const TargetImage& image, const Tar
     }
     const std::filesystem::path file = image.elf().parent_path() / "tick.s";
     write_file(file, executed);
-    return total_cycles(printed_by(fmt::format("llvm-mca -mtriple=thumbv7em-none-eabihf -mcpu={} -iterations=1 {}",
-                                               image.target(), shell_quoted(file))));
+    const std::string key = "Total Cycles:";
+    const std::string report = printed_by(fmt::format(
+        "llvm-mca -mtriple=thumbv7em-none-eabihf -mcpu={} -iterations=1 {}", image.target(), shell_quoted(file)));
+    const std::size_t at = report.find(key);
+    if (at == std::string::npos) return std::nullopt;
+    return std::stoull(report.substr(at + key.size()));
 }
 
 template std::optional<std::uint64_t> estimate_cycles(const TargetImage& image, const TargetPath<3>& path_m,

@@ -2,10 +2,8 @@
 #include "host/target/image.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <cstring>
 #include <sstream>
 
@@ -18,29 +16,6 @@
 namespace haptable {
 
 namespace {
-
-/// Files of one run, gone with this object. Semihosting's command line knows no blanks or commas: names are short.
-class Scratch {
-public:
-    Scratch() {
-        char name[] = "/tmp/haptable-XXXXXX";
-        if (mkdtemp(name) == nullptr) throw Error("cannot make a folder in /tmp: is it full?");
-        path_ = name;
-    }
-    ~Scratch() {
-        std::error_code ignored;
-        std::filesystem::remove_all(path_, ignored);
-    }
-    Scratch(const Scratch&) = delete;
-    Scratch& operator=(const Scratch&) = delete;
-
-    std::filesystem::path operator/(const char* name) const { return path_ / name; }
-
-private:
-    std::filesystem::path path_;
-};
-
-bool has_command(const std::string& name) { return run_shell("command -v " + name + " 2>&1").status == 0; }
 
 template <typename Value>
 const char* take(const char* from, Value& to, std::size_t bytes = sizeof(Value)) {
@@ -64,9 +39,8 @@ bool TargetTick::touches(std::size_t fingers) const {
 
 std::string TargetImage::missing() const {
     const std::string qemu = target_ == "rv32" ? "qemu-system-riscv32" : "qemu-system-arm";
-    if (!has_command(qemu)) return qemu + " is not installed";
-    if (!std::filesystem::exists(folder_ / "replay.elf"))
-        return (folder_ / "replay.elf").string() + " is not built: make firmware TARGET=" + target_;
+    if (run_shell("command -v " + qemu + " 2>&1").status != 0) return qemu + " is not installed";
+    if (!std::filesystem::exists(elf())) return elf().string() + " is not built: make firmware TARGET=" + target_;
     return {};
 }
 
@@ -78,21 +52,25 @@ std::string TargetImage::address_of(const std::string& image, const std::string&
     throw Error(symbols.string() + " does not name " + symbol + ": build the image again");
 }
 
-std::string TargetImage::run_counted(const std::string& image, std::string_view bytes,
-                                     const std::string& more_of_plugin, std::string& out) const {
-    const Scratch scratch;
-    write_file(scratch / "in", bytes);
-    const std::string plugin =
-        fmt::format("-plugin {}/host/target/count.so,begin={},end={},out={}{}", build_.string(),
-                    address_of(image, "haptable_port_count_begin"), address_of(image, "haptable_port_count_end"),
-                    (scratch / "counts").string(), more_of_plugin);
+std::string TargetImage::counter(const std::string& image) const {
+    return fmt::format("{}/host/target/count.so,begin={},end={}", build_.string(),
+                       address_of(image, "haptable_port_count_begin"), address_of(image, "haptable_port_count_end"));
+}
+
+/// Semihosting's command line knows no blanks or commas: names are short.
+TargetImage::Written TargetImage::run(const std::string& image, std::string_view bytes,
+                                      const std::string& plugin) const {
+    const StagedPath scratch("/tmp/haptable-image", StagedKind::folder);
+    const std::filesystem::path in = scratch.path() / "in", out = scratch.path() / "out",
+                                counts = scratch.path() / "counts";
+    write_file(in, bytes);
+    const std::string extra = plugin.empty() ? "" : fmt::format("-plugin {},out={}", plugin, counts.string());
     const std::string command =
-        fmt::format("QEMU_EXTRA={} sh scripts/qemu.sh {} {} {} {}", shell_quoted(plugin), target_,
-                    shell_quoted(folder_ / (image + ".elf")), (scratch / "in").string(), (scratch / "out").string());
-    const int status = run_shell(command).status;
-    if (status != 0) throw Error(fmt::format("the image for {} ended with status {}", target_, status));
-    out = read_file(scratch / "out");
-    return read_file(scratch / "counts");
+        fmt::format("QEMU_EXTRA={} sh scripts/qemu.sh {} {} {} {}", shell_quoted(extra), target_,
+                    shell_quoted(folder_ / (image + ".elf")), in.string(), out.string());
+    if (const int status = run_shell(command).status; status != 0)
+        throw Error(fmt::format("the image for {} ended with status {}", target_, status));
+    return {read_file(out), plugin.empty() ? "" : read_file(counts)};
 }
 
 std::string TargetImage::bytes_of(const TargetScene& scene) {
@@ -103,8 +81,7 @@ std::string TargetImage::bytes_of(const TargetScene& scene) {
 std::vector<TargetTick> TargetImage::count(const std::string& image, const std::string& scene, std::string_view path,
                                            std::size_t fingers, std::size_t ticks, bool is_free) const {
     static_assert(sizeof(TargetTick::Finger) == 44);
-    std::string out;
-    const std::string counts = run_counted(image, scene + std::string(path), "", out);
+    const auto [out, counts] = run(image, scene + std::string(path), counter(image));
     const std::size_t record = ticks > 0 ? out.size() / ticks : 0;
     const std::size_t known = fingers * sizeof(TargetTick::Finger) + (is_free ? 28 : 0);
     if (record < known || record * ticks != out.size() || record - known > sizeof TargetTick::q)
@@ -123,29 +100,17 @@ std::vector<TargetTick> TargetImage::count(const std::string& image, const std::
 }
 
 std::vector<std::uint64_t> TargetImage::trace(std::string_view path, std::size_t tick) const {
-    std::string out;
     std::vector<std::uint64_t> addresses;
-    std::istringstream lines(run_counted("replay", path, fmt::format(",trace={}", tick), out));
+    std::istringstream lines(run("replay", path, counter("replay") + fmt::format(",trace={}", tick)).counts);
     for (std::uint64_t address = 0; lines >> std::hex >> address;) addresses.push_back(address);
     return addresses;
 }
 
 std::vector<std::array<float, 3>> TargetImage::deform(const TargetPath<3>& path_m) const {
-    const std::string bytes = run("deform", bytes_of(path_m));
+    const std::string bytes = run("deform", bytes_of(path_m)).out;
     std::vector<std::array<float, 3>> displacement_m(bytes.size() / sizeof(std::array<float, 3>));
     std::memcpy(displacement_m.data(), bytes.data(), displacement_m.size() * sizeof displacement_m[0]);
     return displacement_m;
-}
-
-std::string TargetImage::run(const std::string& image, std::string_view bytes) const {
-    const Scratch scratch;
-    write_file(scratch / "in", bytes);
-    const std::string command =
-        fmt::format("sh scripts/qemu.sh {} {} {} {}", target_, shell_quoted(folder_ / (image + ".elf")),
-                    (scratch / "in").string(), (scratch / "out").string());
-    const int status = run_shell(command).status;
-    if (status != 0) throw Error(fmt::format("the image for {} ended with status {}", target_, status));
-    return read_file(scratch / "out");
 }
 
 }  // namespace haptable

@@ -84,15 +84,16 @@ private:
     }
     static std::string bytes_of(const TargetScene& scene);
     std::vector<std::uint64_t> trace(std::string_view path, std::size_t tick) const;
-    /// What an image writes for what it reads.
-    std::string run(const std::string& image, std::string_view bytes) const;
+    struct Written {
+        std::string out, counts;
+    };
+    /// What an image writes for what it reads, and what the plugin counts where it has options.
+    Written run(const std::string& image, std::string_view bytes, const std::string& plugin = {}) const;
+    std::string counter(const std::string& image) const;
     std::string address_of(const std::string& image, const std::string& symbol) const;
     /// The ticks that an image makes of a scene's bytes and a path, with their counts.
     std::vector<TargetTick> count(const std::string& image, const std::string& scene, std::string_view path,
                                   std::size_t fingers, std::size_t ticks, bool is_free) const;
-    /// Runs it under the plugin; what the plugin wrote, and in `out` what the image did.
-    std::string run_counted(const std::string& image, std::string_view bytes, const std::string& more_of_plugin,
-                            std::string& out) const;
 
     std::filesystem::path build_;
     std::string target_;

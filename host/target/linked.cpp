@@ -3,8 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <cstdio>
-#include <cstdlib>
 #include <sstream>
 
 #include "host/base/child.hpp"
@@ -25,41 +23,35 @@ constexpr const char* kFlags =
     "-std=c99 -ffreestanding -O2 -ffp-contract=off -fno-math-errno -fno-tree-loop-distribute-patterns "
     "-ffunction-sections -fdata-sections -Ifirmware";
 
-constexpr const char* kMain =
-    "#include \"model.h\"\n"
-    "static HAPTABLE_MODEL_STATE state;\n"
-    "static HAPTABLE_MODEL_INPUT hand[HAPTABLE_MODEL_FINGERS];\n"  // a tool's begins as a finger's
-    "static HAPTABLE_MODEL_OUTPUT felt[HAPTABLE_MODEL_FINGERS];\n"
-    "static volatile float device[3];\n"
-    "@display@"
-    "void _start(void) {\n"
-    "    struct haptable_input* in = (struct haptable_input*)hand;\n"
-    "    struct haptable_output* out = (struct haptable_output*)felt;\n"
-    "    haptable_init(&HAPTABLE_MODEL_SCENE, &state);\n"
-    "    for (;;) {\n"
-    "        int f;\n"
-    "        for (f = 0; f < HAPTABLE_MODEL_FINGERS; ++f) {\n"
-    "            in[f].is_there = 1;\n"
-    "            in[f].finger_m[0] = device[0];\n"
-    "            in[f].finger_m[1] = device[1];\n"
-    "            in[f].finger_m[2] = device[2];\n"
-    "        }\n"
-    "        haptable_step(&HAPTABLE_MODEL_SCENE, &state, in, 0, out);\n"
-    "        device[0] = out[0].force_n[0];\n"
-    "        @deform@\n"
-    "    }\n"
-    "}\n";
-
-std::string replaced(std::string text, const std::string& what, const std::string& by) {
-    return text.replace(text.find(what), what.size(), by);
+// A tool's hand begins as a finger does. A display is there where its scene has one.
+constexpr const char* kMain = R"(#include <model.h>
+static HAPTABLE_MODEL_STATE state;
+static HAPTABLE_MODEL_INPUT hand[HAPTABLE_MODEL_FINGERS];
+static HAPTABLE_MODEL_OUTPUT felt[HAPTABLE_MODEL_FINGERS];
+static volatile float device[3];
+#if __has_include(<display.h>)
+#include <display.h>
+static float displacement_m[HAPTABLE_DISPLAY_ROWS][3];
+#endif
+void _start(void) {
+    struct haptable_input* in = (struct haptable_input*)hand;
+    struct haptable_output* out = (struct haptable_output*)felt;
+    haptable_init(&HAPTABLE_MODEL_SCENE, &state);
+    for (;;) {
+        for (int f = 0; f < HAPTABLE_MODEL_FINGERS; ++f) {
+            in[f].is_there = 1;
+            in[f].finger_m[0] = device[0];
+            in[f].finger_m[1] = device[1];
+            in[f].finger_m[2] = device[2];
+        }
+        haptable_step(&HAPTABLE_MODEL_SCENE, &state, in, 0, out);
+        device[0] = out[0].force_n[0];
+#ifdef HAPTABLE_DISPLAY_ROWS
+        haptable_deform(&HAPTABLE_DISPLAY, out, displacement_m);
+#endif
+    }
 }
-
-std::string main_text(const fs::path& tables) {
-    const bool display = fs::exists(tables / "display.c");
-    const std::string rows = "#include \"display.h\"\nstatic float displacement_m[HAPTABLE_DISPLAY_ROWS][3];\n";
-    const std::string text = replaced(kMain, "@display@", display ? rows : "");
-    return replaced(text, "@deform@", display ? "haptable_deform(&HAPTABLE_DISPLAY, out, displacement_m);" : "");
-}
+)";
 
 /// What a command of the shell prints. Throws Error with its first line where it fails.
 std::string output_of(const std::string& command) {
@@ -70,11 +62,10 @@ std::string output_of(const std::string& command) {
     return std::move(ran.out);
 }
 
-/// model.c of the tables as an object in `work`.
-void compile(const fs::path& tables, const fs::path& work, const std::string& file) {
-    const fs::path object = work / (fs::path(file).stem().string() + ".o");
+/// A file as an object in `work`.
+void compile(const fs::path& tables, const fs::path& work, const fs::path& file) {
     output_of(fmt::format("{}gcc {} {} -I{} -c {} -o {}", kCross, kCore, kFlags, shell_quoted(tables),
-                          shell_quoted(file), shell_quoted(object)));
+                          shell_quoted(file), shell_quoted(work / (file.stem().string() + ".o"))));
 }
 
 /// The folder of the objects, beside the tables. The linker gets it by a path from elsewhere.
@@ -93,11 +84,9 @@ std::string missing_for_link(const fs::path& objects) {
 
 LinkedServo link_servo(const fs::path& tables, const fs::path& objects, const std::string& offered) {
     const StagedPath work = work_folder(tables);
-    const bool display = fs::exists(tables / "display.c");
-    write_file(work.path() / "main.c", main_text(tables));
-    compile(tables, work.path(), (work.path() / "main.c").string());
-    compile(tables, work.path(), (tables / "model.c").string());
-    if (display) compile(tables, work.path(), (tables / "display.c").string());
+    write_file(work.path() / "main.c", kMain);
+    for (const fs::path& file : {work.path() / "main.c", tables / "model.c", tables / "display.c"})
+        if (fs::exists(file)) compile(tables, work.path(), file);
     const std::string elf = (work.path() / "servo.elf").string();
     output_of(
         fmt::format("cd {} && set -- {} && {}gcc {} "
@@ -123,7 +112,7 @@ LinkedServo link_servo(const fs::path& tables, const fs::path& objects, const st
 
 std::size_t stack_of(const fs::path& tables, const fs::path& objects) {
     const StagedPath work = work_folder(tables);
-    compile(tables, work.path(), (tables / "model.c").string());
+    compile(tables, work.path(), tables / "model.c");
     return std::stoul(output_of(fmt::format("CROSS={} python3 scripts/stack.py {} {} haptable_step", kCross,
                                             shell_quoted(objects), shell_quoted(work.path() / "model.o"))));
 }

@@ -78,29 +78,20 @@ ordered_json to_json(const TickCounts& counts) {
             {"jump", to_json(counts.jump)}};
 }
 
-/// Strokes of one finger; of two each has its own.
-template <std::size_t size>
-TargetPath<size> strokes_of(const Tables& tables);
-template <>
-TargetPath<3> strokes_of(const Tables& tables) {
-    return stroke_path(tables, kStrokes);
-}
-template <>
-TargetPath<6> strokes_of(const Tables& tables) {
-    return of_two(stroke_path(tables, kStrokes), kStrokes);
-}
-
-TargetScene measured(const LoadedScene& scene) {
-    return {scene.model(), scene.pair(), scene.body(), scene.servo_modes()};
-}
-
 /// What one scene's ticks take on every target, of fingers that have `size` coordinates: with its limits, by its own
 /// image; without, along a path that jumps; and the sliding ticks' cycles by LLVM's model, where it has one.
 template <std::size_t size>
 ordered_json counts_of(const std::filesystem::path& folder) {
     const Tables tables = read_tables(folder);
-    const auto jumping_m = strokes_of<size>(tables), path_m = walked(jumping_m);
+    const auto stroke_m = stroke_path(tables, kStrokes);
+    TargetPath<size> jumping_m;
+    if constexpr (size == 6)
+        jumping_m = of_two(stroke_m, kStrokes);
+    else
+        jumping_m = stroke_m;
+    const auto path_m = walked(jumping_m);
     const LoadedScene scene(unlimited(folder));
+    const TargetScene measured{scene.model(), scene.pair(), scene.body(), scene.servo_modes()};
     ordered_json json{{"name", tables.name}};
     for (const char* target : kTargets) {
         const TargetImage image = own_image(folder, target), measuring(folder.parent_path(), "cube", target);
@@ -108,19 +99,12 @@ ordered_json counts_of(const std::filesystem::path& folder) {
         const TickCounts limited = count_ticks(path_m, ticks);
         ordered_json& of = json["targets"][target];
         of = {{"limited", to_json(limited)},
-              {"unlimited", to_json(count_ticks(jumping_m, measuring.measure(measured(scene), jumping_m)))}};
+              {"unlimited", to_json(count_ticks(jumping_m, measuring.measure(measured, jumping_m)))}};
         const auto [median, worst] = median_and_worst(ticks, size / 3, limited.sliding);
         const auto cycles = estimate_cycles(image, path_m, median), most = estimate_cycles(image, path_m, worst);
         if (cycles && most) of["cycles"] = {*cycles, *most};
     }
     return json;
-}
-
-ordered_json counts_of_all(const std::vector<fs::path>& folders) {
-    ordered_json all = ordered_json::array();
-    for (const fs::path& folder : folders)
-        all.push_back(read_pair(folder) ? counts_of<6>(folder) : counts_of<3>(folder));
-    return all;
 }
 
 // ---- every tick -----------------------------------------------------------------------------------------------------
@@ -140,39 +124,34 @@ Mode own_mode(const Tables& tables) {
     return {tables.force, tables.god_object, tables.static_friction > 0.0 ? "friction" : ""};
 }
 
-/// What a tool has no part for, or nobody asks of it.
-bool is_counted(const LoadedScene& scene, const Mode& mode) {
-    if (mode.force != scene.tables().force) return false;
-    return scene.tool() == nullptr || mode.more.empty() || mode.more == "friction";
-}
-
 /// The scene as one finger, two or its tool meet it on strokes, by the image that reads any scene.
 ordered_json count_strokes(const Options& o) {
     const LoadedScene scene(unlimited(o.folders.front()));
     const Tables& tables = scene.tables();
     const std::uint64_t fan = most_patches_around_a_vertex(scene.model());
+    const auto path_m =
+        o.path == "hard" && scene.tool() == nullptr ? hard_path(tables, o.strokes) : stroke_path(tables, o.strokes);
     ordered_json counted = ordered_json::array();
     for (const Mode& mode : o.every_mode ? every_mode() : std::vector{own_mode(tables)}) {
-        if (!is_counted(scene, mode)) continue;
+        const bool is_of_tool = mode.more.empty() || mode.more == "friction";  // or it has no part for it
+        if (mode.force != tables.force || (scene.tool() != nullptr && !is_of_tool)) continue;
         const haptable_model model = o.every_mode ? in_mode(scene.model(), mode) : scene.model();
+        if (o.two && scene.servo_pair() == nullptr)
+            throw Error(o.folders.front().string() + ": its scene has one finger");
+        haptable_pair_model pair;
+        if (o.two || scene.tool() != nullptr) pair = pair_in_memory(*scene.coupling(), tables, model);
         for (const std::string& target : o.targets) {
             const TargetImage image = image_of(o.build, "cube", target);
             ordered_json& one =
                 counted.emplace_back(ordered_json{{"mode", mode.name()}, {"target", target}, {"fan", fan}});
             if (scene.tool() != nullptr) {
-                const haptable_pair_model pair = pair_in_memory(*scene.coupling(), tables, model);
                 const haptable_tool_model tool = tool_in_memory(*scene.tool_tables(), scene.tool_points(), pair);
                 one["bound"] = most_tool_cost(mode, fan, tool.points.count);
-                one.update(to_json(
-                    image.measure({.model = model, .tool = &tool}, poses_of(stroke_path(tables, o.strokes))), 1));
+                one.update(to_json(image.measure({.model = model, .tool = &tool}, poses_of(path_m)), 1));
             } else if (o.two) {
-                if (scene.servo_pair() == nullptr)
-                    throw Error(o.folders.front().string() + ": its scene has one finger");
-                const haptable_pair_model pair = pair_in_memory(*scene.servo_pair(), tables, model);
                 one["bound"] = most_pair_cost(mode, fan);
                 one.update(to_json(image.measure({model, &pair}, hard_path_of_two(tables, o.strokes)), 2));
             } else {
-                const auto path_m = o.path == "hard" ? hard_path(tables, o.strokes) : stroke_path(tables, o.strokes);
                 one["bound"] = most_cost(mode, fan);
                 one.update(to_json(image.measure({model}, path_m), 1));
             }
@@ -181,21 +160,19 @@ ordered_json count_strokes(const Options& o) {
     return counted;
 }
 
-/// The most that a tick of the scene can cost, with all that moves.
-std::uint64_t bound_of(const LoadedScene& scene) {
-    const Mode mode = own_mode(scene.tables());
-    const std::uint64_t fan = most_patches_around_a_vertex(scene.model());
-    if (scene.tool() != nullptr) return most_tool_cost(mode, fan, scene.tool()->points.count);
-    return most_moving_cost(scene, mode) + (scene.pair() != nullptr ? most_pair_cost(mode, fan) : most_cost(mode, fan));
-}
-
+/// The ticks of a session on the scene's own image, and the most that one of them can cost, with all that moves.
 template <std::size_t size>
 ordered_json replay(const Options& o, const TargetPath<size>& path_m) {
     const LoadedScene scene{TablesFolder(o.folders.front())};
+    const Mode mode = own_mode(scene.tables());
+    const std::uint64_t fan = most_patches_around_a_vertex(scene.model());
+    const std::uint64_t bound = scene.tool() != nullptr   ? most_tool_cost(mode, fan, scene.tool()->points.count)
+                                : scene.pair() != nullptr ? most_moving_cost(scene, mode) + most_pair_cost(mode, fan)
+                                                          : most_moving_cost(scene, mode) + most_cost(mode, fan);
     ordered_json counted = ordered_json::array();
     for (const std::string& target : o.targets) {
         const TargetImage image = own_image(o.folders.front(), target);
-        ordered_json& one = counted.emplace_back(ordered_json{{"target", target}, {"bound", bound_of(scene)}});
+        ordered_json& one = counted.emplace_back(ordered_json{{"target", target}, {"bound", bound}});
         if (scene.body_modes() != nullptr) one["modes"] = scene.body_modes()->modes();
         one.update(to_json(image.replay(path_m), scene.tool() != nullptr ? 1 : size / 3));
     }
@@ -203,7 +180,12 @@ ordered_json replay(const Options& o, const TargetPath<size>& path_m) {
 }
 
 ordered_json count(const Options& o) {
-    if (o.path.empty()) return counts_of_all(o.folders);
+    if (o.path.empty()) {
+        ordered_json all = ordered_json::array();
+        for (const fs::path& folder : o.folders)
+            all.push_back(read_pair(folder) ? counts_of<6>(folder) : counts_of<3>(folder));
+        return all;
+    }
     if (o.path == "tip") return replay(o, tip_path());
     if (o.path == "grasp") return replay(o, grasp_path());
     if (o.path == "knock") return replay(o, knock_path());

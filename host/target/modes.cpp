@@ -60,12 +60,12 @@ haptable_model in_mode(haptable_model model, const Mode& mode) {
 
 TickCost cost_of(const Mode& mode, std::uint64_t fan, std::uint64_t slides) {
     const bool least = mode.god_object == GodObject::kLeastEnergy;
-    const auto [force, energy] = std::pair(of_law(mode.force).force, of_law(mode.force).energy);
+    const LawCost& law = of_law(mode.force);
     constexpr std::uint64_t kNormal = 280, kPressed = 170;  // of a patch around a vertex: its angle; least energy, more
-    TickCost cost{900 + force, 65, 280, least ? energy : 0};
+    TickCost cost{900 + law.force, 65, 280, least ? law.energy : 0};
     cost.rest += slides * (200 + fan * (kNormal + (least ? kPressed : 0)));
     if (mode.more == "friction")  // and a look at the finger from where it is held
-        cost.rest += MOST_FRICTION_FORCES * (200 + fan * kNormal + force) + 200 + fan * kNormal;
+        cost.rest += MOST_FRICTION_FORCES * (200 + fan * kNormal + law.force) + 200 + fan * kNormal;
     if (mode.more == "passivity") cost.rest += 300;
     if (mode.more == "stiffening") cost.rest += 64;
     return cost;
@@ -90,8 +90,7 @@ std::uint64_t most_of(const TickCost& each, const Mode& mode) {
     most.most_steps = MOST_STEPS;
     if (mode.more == "friction") most.most_held_steps = MOST_HELD_STEPS;
     most.most_boxes = MOST_BOXES;
-    if (mode.god_object != GodObject::kLeastEnergy) return cost(each, most);
-    most.most_energies = MOST_ENERGIES;
+    if (mode.god_object == GodObject::kLeastEnergy) most.most_energies = MOST_ENERGIES;
     return cost(each, most);
 }
 

@@ -12,9 +12,9 @@
 #include <chrono>
 #include <filesystem>
 #include <functional>
-#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "codegen/loaded_scene.hpp"
 #include "firmware/haptable_scene.h"
@@ -39,9 +39,10 @@ constexpr std::size_t kRound = 1000;  // ticks of the circle
 constexpr double kStiffness_n_per_m = 100.0;
 constexpr double kStaticFriction = 0.5, kDynamicFriction = 0.4;  // in_mode()'s
 
-/// What is timed: it begins a stroke at a position, and makes ticks.
+/// What is timed: it begins a stroke at a position, and makes ticks. `pressing`: contacts in the last one.
 struct Touched {
-    std::function<void(const std::array<float, 3>&)> begin, to;
+    std::function<void(const std::array<float, 3>&)> begin = [](const auto&) {}, to = begin;
+    std::function<std::size_t()> pressing = {};
 };
 
 /// Strokes one by one, slow enough for a hand.
@@ -56,37 +57,20 @@ std::vector<FingerPath> slow_strokes(const Tables& tables) {
     return strokes;
 }
 
-/// By tick of all strokes: 1 where the paper's mode is in contact and was a tick before.
-std::vector<char> contact_ticks(haptable_model model, const std::vector<FingerPath>& strokes) {
-    std::vector<char> touches;
+/// By tick of all strokes: how many contacts press, where some did a tick before; else 0.
+std::vector<std::size_t> pressing_in(const Touched& touched, const std::vector<FingerPath>& strokes) {
+    std::vector<std::size_t> pressing;
     for (const FingerPath& stroke : strokes) {
-        haptable_servo servo;
-        haptable_output out{};
-        haptable_servo_init(&servo);
-        bool before = false;
-        for (const auto& finger_m : stroke) {
-            haptable_servo_step(&model, &servo, finger_m.data(), 0, &out);
-            const bool now = haptable_touches(out.state) != 0;
-            touches.push_back(before && now ? 1 : 0);
+        touched.begin(stroke.front());
+        std::size_t before = 0;
+        for (const auto& x : stroke) {
+            touched.to(x);
+            const std::size_t now = touched.pressing();
+            pressing.push_back(before > 0 ? now : 0);
             before = now;
         }
     }
-    return touches;
-}
-
-/// Every tick of a round into its fastest so far, s.
-void time_round(const Touched& touched, const std::vector<FingerPath>& strokes, std::vector<double>& fastest_s) {
-    std::size_t tick = 0;
-    for (const FingerPath& stroke : strokes) {
-        touched.begin(stroke.front());
-        for (const auto& finger_m : stroke) {
-            const Clock::time_point begin = Clock::now();
-            touched.to(finger_m);
-            const double s = std::chrono::duration<double>(Clock::now() - begin).count();
-            fastest_s[tick] = std::min(fastest_s[tick], s);
-            ++tick;
-        }
-    }
+    return pressing;
 }
 
 std::array<double, 3> in_double(const std::array<float, 3>& x) { return {x[0], x[1], x[2]}; }
@@ -117,26 +101,44 @@ Touched servo_on(const haptable_model& model) {
     struct State {
         haptable_model model;
         haptable_room room;
-        haptable_output out;
+        haptable_output out{};
     };
     auto state = std::make_shared<State>();
     state->model = model;
     return {[state](const auto&) { haptable_servo_init(&state->room.fingers.servo[0]); },
             [state](const auto& x) {
                 haptable_servo_step(&state->model, &state->room.fingers.servo[0], x.data(), 0, &state->out);
-            }};
+            },
+            [state] { return std::size_t{haptable_touches(state->out.state) != 0}; }};
 }
 
 using AllTouched = std::vector<std::pair<std::string, Touched>>;
 
-/// [of touched, ticks] s, of each tick in any round: all in turn, so that a ratio compares the same minutes.
-std::vector<std::vector<double>> fastest_of(const AllTouched& touched, const std::vector<FingerPath>& strokes,
-                                            std::size_t ticks, int rounds) {
-    std::vector<std::vector<double>> fastest_s(touched.size(),
-                                               std::vector<double>(ticks, std::numeric_limits<double>::infinity()));
+/// By what is touched the fastest that each tick was in any round, s: all in turn, so that a ratio compares the same
+/// minutes. Of the ticks that are kept.
+nlohmann::ordered_json fastest_of(const AllTouched& touched, const std::vector<FingerPath>& strokes, int rounds,
+                                  const std::function<bool(std::size_t tick)>& is_kept) {
+    std::vector<std::vector<double>> fastest_s(touched.size());
     for (int round = 0; round < rounds; ++round)
-        for (std::size_t i = 0; i < touched.size(); ++i) time_round(touched[i].second, strokes, fastest_s[i]);
-    return fastest_s;
+        for (std::size_t i = 0; i < touched.size(); ++i) {
+            std::size_t tick = 0;
+            for (const FingerPath& stroke : strokes) {
+                touched[i].second.begin(stroke.front());
+                for (const auto& x : stroke) {
+                    const Clock::time_point begin = Clock::now();
+                    touched[i].second.to(x);
+                    const double s = std::chrono::duration<double>(Clock::now() - begin).count();
+                    if (round == 0) fastest_s[i].push_back(s);
+                    fastest_s[i][tick] = std::min(fastest_s[i][tick], s);
+                    ++tick;
+                }
+            }
+        }
+    nlohmann::ordered_json all;
+    for (std::size_t i = 0; i < touched.size(); ++i)
+        for (std::size_t tick = 0; tick < fastest_s[i].size(); ++tick)
+            if (is_kept(tick)) all[touched[i].first].push_back(fastest_s[i][tick]);
+    return all;
 }
 
 using Subjects = std::array<std::unique_ptr<Subject>, 3>;  // by force
@@ -145,10 +147,8 @@ using Subjects = std::array<std::unique_ptr<Subject>, 3>;  // by force
 /// every mode.
 nlohmann::ordered_json times_on(const Subjects& subjects, const std::vector<std::filesystem::path>& peers, int rounds) {
     const Tables& tables = subjects[0]->tables();
-    std::vector<FingerPath> strokes = slow_strokes(tables);
-    const std::vector<char> touches = contact_ticks(subjects[0]->model(), strokes);
-    strokes.push_back(subjects[0]->circle(-kAbove_m, kRound));
-    AllTouched touched{{"clock", {[](const auto&) {}, [](const auto&) {}}}};
+    const std::vector<FingerPath> strokes = slow_strokes(tables);
+    AllTouched touched{{"clock", {}}};
     for (const std::filesystem::path& peer : peers)
         for (const bool friction : {false, true})
             touched.emplace_back(peer.stem().string() + (friction ? " friction" : ""), peer_on(peer, tables, friction));
@@ -156,13 +156,10 @@ nlohmann::ordered_json times_on(const Subjects& subjects, const std::vector<std:
         if (mode.more != "passivity")  // no peer has it
             touched.emplace_back(mode.name(),
                                  servo_on(in_mode(subjects[static_cast<std::size_t>(mode.force)]->model(), mode)));
-    const auto fastest_s = fastest_of(touched, strokes, touches.size() + kRound, rounds);
-    nlohmann::ordered_json all;
-    for (std::size_t i = 0; i < touched.size(); ++i)
-        for (std::size_t tick = 0; tick < fastest_s[i].size(); ++tick)
-            if (tick > touches.size() || (tick < touches.size() && touches[tick] != 0))  // not the circle's first one
-                all[tick < touches.size() ? "contact" : "above"][touched[i].first].push_back(fastest_s[i][tick]);
-    return all;
+    const auto presses = pressing_in(servo_on(subjects[0]->model()), strokes);
+    const FingerPath circle = subjects[0]->circle(-kAbove_m, kRound);
+    return {{"contact", fastest_of(touched, strokes, rounds, [&](std::size_t tick) { return presses[tick] > 0; })},
+            {"above", fastest_of(touched, {circle}, rounds, [](std::size_t tick) { return tick > 0; })}};
 }
 
 // ---- a tool --------------------------------------------------------------------------------------------------------
@@ -191,7 +188,7 @@ struct ToolServo {
         for (int c = 0; c < 3; ++c) in.turn[1 + c] = turn.vec()[c];
         state->step(in, now_us += HAPTABLE_TICK_US, out);
     }
-    std::size_t touching() {
+    std::size_t pressing() {
         std::size_t count = 0;
         for (std::size_t i = 0; i < scene.tool_points().size(); ++i) count += state->point_state(i).presses;
         return count;
@@ -204,7 +201,8 @@ struct ToolServo {
 };
 
 Touched tool_on(const std::shared_ptr<ToolServo>& servo) {
-    return {[servo](const auto&) { servo->begin(); }, [servo](const auto& x) { servo->to(x); }};
+    return {[servo](const auto&) { servo->begin(); }, [servo](const auto& x) { servo->to(x); },
+            [servo] { return servo->pressing(); }};
 }
 
 /// Proxies that go where the tool's points go, one after the other.
@@ -224,7 +222,7 @@ Touched proxies_on(const std::vector<Touched>& proxy, const ToolPoints& points) 
 nlohmann::ordered_json tool_times_on(const std::filesystem::path& folder,
                                      const std::vector<std::filesystem::path>& peers, int rounds) {
     const TablesFolder tables(folder);
-    AllTouched touched{{"clock", {[](const auto&) {}, [](const auto&) {}}}};
+    AllTouched touched{{"clock", {}}};
     std::shared_ptr<ToolServo> nearest;
     for (const GodObject god_object : {GodObject::kLeastEnergy, GodObject::kNearest}) {
         nearest = std::make_shared<ToolServo>(read_scene_files(tables), god_object);
@@ -239,29 +237,13 @@ nlohmann::ordered_json tool_times_on(const std::filesystem::path& folder,
         touched.emplace_back(peer.stem().string(), proxies_on(proxies, scene.tool_points()));
     }
     const std::vector<FingerPath> strokes = slow_strokes(scene.tables());
-    std::vector<char> touches;
-    std::size_t touching = 0, count = 0;
-    for (const FingerPath& stroke : strokes) {
-        nearest->begin();
-        bool before = false;
-        for (const auto& handle_m : stroke) {
-            nearest->to(handle_m);
-            const std::size_t now = nearest->touching();
-            touches.push_back(before && now > 0 ? 1 : 0);
-            before = now > 0;
-            if (touches.back() == 0) continue;
-            touching += now;
-            ++count;
-        }
-    }
+    const auto presses = pressing_in(tool_on(nearest), strokes);
+    const auto count = presses.size() - static_cast<std::size_t>(std::count(presses.begin(), presses.end(), 0));
     if (count == 0) throw Error(folder.string() + ": no stroke presses the tool into the body");
-    const auto fastest_s = fastest_of(touched, strokes, touches.size(), rounds);
-    nlohmann::ordered_json all{{"points", scene.tool_points().size()},
-                               {"pressing", static_cast<double>(touching) / static_cast<double>(count)}};
-    for (std::size_t i = 0; i < touched.size(); ++i)
-        for (std::size_t tick = 0; tick < touches.size(); ++tick)
-            if (touches[tick] != 0) all["ticks"][touched[i].first].push_back(fastest_s[i][tick]);
-    return all;
+    const double sum = std::accumulate(presses.begin(), presses.end(), 0.0);
+    return {{"points", scene.tool_points().size()},
+            {"pressing", sum / static_cast<double>(count)},
+            {"ticks", fastest_of(touched, strokes, rounds, [&](std::size_t tick) { return presses[tick] > 0; })}};
 }
 
 }  // namespace

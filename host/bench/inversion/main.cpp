@@ -8,17 +8,16 @@
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
 #include "host/base/process_cost.hpp"
 #include "host/base/program.hpp"
 #include "host/body/assembly.hpp"
+#include "host/body/mask.hpp"
 #include "host/inverse/column_solver.hpp"
 #include "host/inverse/pairs.hpp"
 #include "host/inverse/selected_inversion.hpp"
@@ -33,13 +32,8 @@ using Nodes = std::vector<std::int32_t>;
 using Blocks = std::vector<Eigen::Matrix3d>;
 constexpr std::size_t kBlockNodes = 64;  // of one blocked solve: 192 right-hand sides
 
-struct Options {
-    std::vector<int> sides{8, 12, 16, 20};
-    std::vector<fs::path> scenes;
-    std::size_t sampled_groups = 3;    ///< of right-hand sides that the solves are timed with
-    std::size_t column_nodes = 10000;  ///< bodies of at most so many nodes get their columns measured
-    bool in_double = true, accuracy = true;
-};
+constexpr std::size_t kSampledGroups = 3;    // of right-hand sides that the solves are timed with
+constexpr std::size_t kColumnNodes = 10000;  // bodies of at most so many nodes get their columns measured
 
 /// The paper's cube, its base held.
 Scene cube_scene(int nodes_per_side, double poisson) {
@@ -76,10 +70,12 @@ double peak_bytes() {
     return NAN;
 }
 
+std::int32_t unknown_of(const Body& body, std::int32_t node) { return body.unknown[static_cast<std::size_t>(node)]; }
+
 /// The free ones of the touchable nodes, by their unknowns.
 Nodes touched_unknowns(const Body& body) {
     Nodes node;
-    for (std::int32_t i : body.touch_node) node.push_back(body.unknown[static_cast<std::size_t>(i)]);
+    for (std::int32_t i : body.touch_node) node.push_back(unknown_of(body, i));
     return node;
 }
 
@@ -96,14 +92,9 @@ Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic> unit_forces(Eigen::Index u
 /// L_ii of the touchable nodes and L_ij of the edges of their patches.
 std::vector<NodePair> wanted_of(const Body& body) {
     std::vector<NodePair> pairs;
-    const auto unknown = [&](std::int32_t node) { return body.unknown[static_cast<std::size_t>(node)]; };
-    for (std::int32_t node : body.touch_node) pairs.push_back({unknown(node), unknown(node)});
-    std::set<std::pair<std::int32_t, std::int32_t>> edges;
-    for (const Patch& patch : body.touch_patch)
-        for (std::size_t c = 0; c < 3; ++c)
-            if (!body.is_fixed(patch[c]) && !body.is_fixed(patch[(c + 1) % 3]))
-                edges.insert(std::minmax({unknown(patch[c]), unknown(patch[(c + 1) % 3])}));
-    for (const auto& [i, j] : edges) pairs.push_back({i, j});
+    for (std::int32_t i : touched_unknowns(body)) pairs.push_back({i, i});
+    for (const auto& [a, b] : sorted_edges(body.touch_patch))
+        if (!body.is_fixed(a) && !body.is_fixed(b)) pairs.push_back({unknown_of(body, a), unknown_of(body, b)});
     return pairs;
 }
 
@@ -136,11 +127,11 @@ private:
 };
 
 /// Blocked solves for all touchable nodes: timed with groups spread over them, and compared with the blocks.
-void solve_sample(const Options& options, const Factor& factor, const Nodes& node, const std::vector<NodePair>& wanted,
-                  const Blocks& in_double, const Blocks& in_float, ordered_json& row) {
+void solve_sample(const Factor& factor, const Nodes& node, const std::vector<NodePair>& wanted, const Blocks& in_double,
+                  const Blocks& in_float, ordered_json& row) {
     const Comparison comparison(wanted, static_cast<std::size_t>(factor.size()) / 3);
     const std::size_t groups = (node.size() + kBlockNodes - 1) / kBlockNodes;
-    const std::size_t run = std::min(groups, options.sampled_groups);
+    const std::size_t run = std::min(groups, kSampledGroups);
     std::size_t solved = 0;
     double seconds = 0.0, double_error = 0.0, float_error = 0.0;
     for (std::size_t g = 0; g < run; ++g) {
@@ -152,42 +143,40 @@ void solve_sample(const Options& options, const Factor& factor, const Nodes& nod
         if (g == 0) factor.solve(b, x);  // the first one takes its workspace from the system
         seconds += cost_of([&] { factor.solve(b, x); });
         solved += group.size();
-        if (!in_double.empty()) double_error = std::max(double_error, comparison.largest(in_double, group, x));
+        double_error = std::max(double_error, comparison.largest(in_double, group, x));
         float_error = std::max(float_error, comparison.largest(in_float, group, x));
     }
     const double sampled = static_cast<double>(solved) / static_cast<double>(node.size());
-    row.update({{"solves_s", seconds / sampled}, {"sampled", sampled}, {"float_error", float_error}});
-    if (!in_double.empty()) row["double_error"] = double_error;
+    row.update({{"solves_s", seconds / sampled},
+                {"sampled", sampled},
+                {"float_error", float_error},
+                {"double_error", double_error}});
 }
 
 void measure_columns(const Factor& factor, const Nodes& node, ordered_json& row) {
     Progress progress(true);
-    const ColumnSolver in_double_solver(factor.supernodes(), node, node);
-    const ColumnSolver in_float_solver(factor.supernodes(), node, node, Precision::kFloat);
     const std::size_t length = 9 * node.size();
-    const auto put_into = [&](std::vector<float>& table) {
-        table.resize(length * node.size());
+    const auto solve_in = [&](Precision precision, double& seconds) {
+        const ColumnSolver solver(factor.supernodes(), node, node, precision);
+        Eigen::MatrixXf table(length, node.size());
         Columns::Sink put;
         put.take = [&](std::size_t i, std::size_t k, const Eigen::Matrix3f& block) {
-            std::copy_n(block.data(), 9, &table[length * i + 9 * k]);
+            std::copy_n(block.data(), 9, &table(9 * static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(i)));
         };
-        return put;
+        seconds = cost_of([&] { solver.compute(progress, put); });
+        return table;
     };
-    std::vector<float> in_double, in_float;
-    const Columns::Sink put_double = put_into(in_double), put_float = put_into(in_float);
-    row["columns_bytes"] = in_double.size() * sizeof(float);
-    row["columns_double_s"] = cost_of([&] { in_double_solver.compute(progress, put_double); });
-    row["columns_float_s"] = cost_of([&] { in_float_solver.compute(progress, put_float); });
-    double error = 0.0;
-    for (std::size_t i = 0; i < node.size(); ++i) {
-        const auto column = [&](const std::vector<float>& table) {
-            return Eigen::Map<const Eigen::VectorXf>(&table[length * i], static_cast<Eigen::Index>(length))
-                .cast<double>();
-        };
-        const double difference = (column(in_float) - column(in_double)).norm();
-        error = std::max(error, difference / column(in_double).norm());
+    double double_s = 0.0, float_s = 0.0, error = 0.0;
+    const Eigen::MatrixXf in_double = solve_in(Precision::kDouble, double_s);
+    const Eigen::MatrixXf in_float = solve_in(Precision::kFloat, float_s);
+    for (Eigen::Index i = 0; i < in_double.cols(); ++i) {
+        const Eigen::VectorXd exact = in_double.col(i).cast<double>();
+        error = std::max(error, (in_float.col(i).cast<double>() - exact).norm() / exact.norm());
     }
-    row["columns_error"] = error;
+    row.update({{"columns_bytes", static_cast<std::size_t>(in_double.size()) * sizeof(float)},
+                {"columns_double_s", double_s},
+                {"columns_float_s", float_s},
+                {"columns_error", error}});
 }
 
 /// The viewer's solve for one frame of patches spread over the surface, s of each.
@@ -202,7 +191,7 @@ void measure_frames(const Body& body, const Factor& factor, const Nodes& node, o
         std::vector<FrameSolver::Load> loads;
         b.setZero();
         for (std::int32_t corner : patch)
-            if (const std::int32_t u = body.unknown[static_cast<std::size_t>(corner)]; u >= 0) {
+            if (const std::int32_t u = unknown_of(body, corner); u >= 0) {
                 loads.push_back({u, {0.3F, -0.2F, -0.9F}});
                 b.middleRows<3>(Eigen::Index{3} * u) << 0.3, -0.2, -0.9;
             }
@@ -212,7 +201,7 @@ void measure_frames(const Body& body, const Factor& factor, const Nodes& node, o
 }
 
 /// What was not measured is not there.
-ordered_json measure(const Options& options, const Scene& scene) {
+ordered_json measure(const Scene& scene) {
     const Body body = make_body(scene, make_mesh(scene.mesh));
     const Stiffness k = assemble_free(scene, body);
     const Nodes node = touched_unknowns(body);
@@ -234,14 +223,12 @@ ordered_json measure(const Options& options, const Scene& scene) {
     reset_peak();
     row["float_s"] = cost_of([&] { in_float = inversion.compute<float>(progress); });
     row["float_peak"] = peak_bytes();
-    if (options.in_double) {
-        reset_peak();
-        row["double_s"] = cost_of([&] { in_double = inversion.compute<double>(progress); });
-        row["double_peak"] = peak_bytes();
-    }
+    reset_peak();
+    row["double_s"] = cost_of([&] { in_double = inversion.compute<double>(progress); });
+    row["double_peak"] = peak_bytes();
     // 3. The same by solves; the columns.
-    solve_sample(options, factor, node, wanted, in_double, in_float, row);
-    if (body.mesh.position_m.size() > options.column_nodes) return row;
+    solve_sample(factor, node, wanted, in_double, in_float, row);
+    if (body.mesh.position_m.size() > kColumnNodes) return row;
     measure_columns(factor, node, row);
     measure_frames(body, factor, node, row);
     return row;
@@ -293,11 +280,11 @@ ordered_json accuracy(int side) {
         const Eigen::MatrixXd exact = exact_columns(k.matrix(), node);
         Eigen::MatrixXd x;
         factor.solve(unit_forces<double>(exact.rows(), node), x);
-        Blocks solved(wanted.size());
-        std::map<std::int32_t, Eigen::Index> column;
-        for (std::size_t n = 0; n < node.size(); ++n) column[node[n]] = 3 * static_cast<Eigen::Index>(n);
-        for (std::size_t w = 0; w < wanted.size(); ++w)
-            solved[w] = x.block<3, 3>(Eigen::Index{3} * wanted[w].row, column[wanted[w].column]);
+        Blocks solved;
+        for (const NodePair& pair : wanted) {
+            const auto column = std::find(node.begin(), node.end(), pair.column) - node.begin();
+            solved.push_back(x.block<3, 3>(Eigen::Index{3} * pair.row, 3 * column));
+        }
         const Comparison comparison(wanted, static_cast<std::size_t>(factor.size()) / 3);
         all.push_back({{"name", c.name},
                        {"double", comparison.largest(in_double, node, exact)},
@@ -308,38 +295,32 @@ ordered_json accuracy(int side) {
     return all;
 }
 
-void run(const Options& options) {
-    constexpr int kSide = 10;
-    ordered_json all{{"block_nodes", kBlockNodes}, {"bodies", ordered_json::array()}};
-    if (options.accuracy) all["accuracy"] = {{"side", kSide}, {"cases", accuracy(kSide)}};
-    const auto add = [&](const Scene& scene, bool is_cube) {
-        all["bodies"].push_back(measure(options, scene));
-        all["bodies"].back()["is_cube"] = is_cube;
-        fmt::print(stderr, "  measured {}\n", scene.name);
-    };
-    for (int side : options.sides) {
-        Scene scene = cube_scene(side, 0.3);
-        scene.name = fmt::format("cube {}", side);
-        add(scene, true);
-    }
-    for (const fs::path& file : options.scenes) add(read_scene(file), false);
-    fmt::print("{}\n", all.dump());
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
     CommandLine app("Measures selected inversion and pruned columns against blocked solves, on one thread.",
                     "haptable-bench-inversion");
-    Options options;
-    app.option("--sides", options.sides, "cubes of so many nodes a side").delimiter(',').range(2, 100).show_default();
-    app.option("--scene", options.scenes, "scenes besides the cubes");
-    app.option("--sampled-groups", options.sampled_groups, "groups of right-hand sides that solves are timed with")
-        .range(1, 1000000)
-        .show_default();
-    app.option("--column-nodes", options.column_nodes, "measure columns of bodies of at most so many nodes")
-        .show_default();
-    app.flag("!--no-double", options.in_double, "selected inversion in float only");
-    app.flag("!--no-accuracy", options.accuracy, "no comparison with long double");
-    return run_program(app, argc, argv, [&] { run(options); });
+    std::vector<int> sides{8, 12, 16, 20};
+    std::vector<fs::path> scenes;
+    bool with_accuracy = true;
+    app.option("--sides", sides, "cubes of so many nodes a side").delimiter(',').range(2, 100).show_default();
+    app.option("--scene", scenes, "scenes besides the cubes");
+    app.flag("!--no-accuracy", with_accuracy, "no comparison with long double");
+    return run_program(app, argc, argv, [&] {
+        constexpr int kSide = 10;
+        ordered_json all{{"block_nodes", kBlockNodes}, {"bodies", ordered_json::array()}};
+        if (with_accuracy) all["accuracy"] = {{"side", kSide}, {"cases", accuracy(kSide)}};
+        const auto add = [&](const Scene& scene, bool is_cube) {
+            all["bodies"].push_back(measure(scene));
+            all["bodies"].back()["is_cube"] = is_cube;
+            fmt::print(stderr, "  measured {}\n", scene.name);
+        };
+        for (int side : sides) {
+            Scene scene = cube_scene(side, 0.3);
+            scene.name = fmt::format("cube {}", side);
+            add(scene, true);
+        }
+        for (const fs::path& file : scenes) add(read_scene(file), false);
+        fmt::print("{}\n", all.dump());
+    });
 }

@@ -8,9 +8,8 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
-#include "host/strokes/report.hpp"
 #include "tests/error_of.hpp"
-#include "tests/temporary_folder.hpp"
+#include "tests/host/strokes/stroked.hpp"
 
 namespace haptable::test {
 namespace {
@@ -87,10 +86,9 @@ TEST(Campaign, TakesOverNothingOfAnotherOne) {
 TEST(Campaign, TellsWhichMeshesItLeavesOutAndWhy) {
     const TemporaryFolder folder;
     fs::create_directories(folder.path() / "in");
-    fs::copy_file("meshes/hard/needle.node", folder.path() / "in" / "a.node");
-    fs::copy_file("meshes/hard/needle.ele", folder.path() / "in" / "a.ele");
-    fs::copy_file("meshes/hard/needle.node", folder.path() / "in" / "b.node");
-    fs::copy_file("meshes/hard/needle.ele", folder.path() / "in" / "b.ele");
+    for (const char* name : {"a", "b"})
+        for (const char* part : {".node", ".ele"})
+            fs::copy_file(std::string("meshes/hard/needle") + part, folder.path() / "in" / (name + std::string(part)));
     write_file(folder.path() / "in" / "c.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
     CampaignOptions options = needle_options(folder.path());
     options.places = {folder.path() / "in", "meshes/hard"};
@@ -127,19 +125,14 @@ TEST(Campaign, TouchesNoLargeMeshByMasks) {
 
 // ---- what is by design ----
 
-FingerPositions first(const Eigen::Vector3f& x) { return {std::array{x.x(), x.y(), x.z()}, {}}; }
+FingerPositions one_at(const Eigen::Vector3f& x) { return {std::array{x.x(), x.y(), x.z()}, {}}; }
 
 /// In the middle of the needle, one width beside it on either side.
-struct Sides {
-    FingerPositions left, right;
-};
-
-Sides sides_of(const ServoModel& servo) {
+std::array<FingerPositions, 2> sides_of(const ServoModel& servo) {
     Eigen::AlignedBox3f box;
     for (const auto& x : servo.vertex_m) box.extend(Eigen::Vector3f(x.data()));
     const Eigen::Vector3f middle = box.center(), way(box.sizes().x(), 0.0F, 0.0F);
-    const Eigen::Vector3f a = middle - way, b = middle + way;
-    return {first(a), first(b)};
+    return {one_at(middle - way), one_at(middle + way)};
 }
 
 /// Straight past the corner that is farthest along (1, 1, 1), by so much of the size under it.
@@ -150,27 +143,22 @@ Stroke across_corner(const ServoModel& servo, float under) {
         if (Eigen::Vector3f(x.data()).sum() > corner.sum()) corner = Eigen::Vector3f(x.data());
     const Eigen::Vector3f middle = corner - under * size * Eigen::Vector3f::Ones();
     const Eigen::Vector3f way = 0.01F * size * Eigen::Vector3f(1.0F, -1.0F, 0.0F);
-    const Eigen::Vector3f a = middle - way, b = middle + way;
-    return {first(a), first(a), first(b)};
+    return {one_at(middle - way), one_at(middle - way), one_at(middle + way)};
 }
 
 TEST(Judge, CountsAMotionThroughABodyAndAGodObjectBehindIt) {
-    const TemporaryFolder folder;
-    const StrokedMeshes meshes = collect_meshes({"meshes/hard"}, {"needle"}, 1000, folder.path());
-    BodyTables tables(meshes.taken.at(0).scene, folder.path() / "tables");
-    const StrokedBody body(tables.with({}));
-    const StrokedModel model(body, in_mode(meshes.taken.at(0).scene, {}).contact);
-    const auto [left, right] = sides_of(body.servo());
+    const Stroked needle(tables_of("needle"), {});
+    const auto [left, right] = sides_of(needle.body.servo());
     const Stroke through{left, left, right, right, right}, back{left, left, right, left};
-    Touched touched = model.touched();
+    Touched touched = needle.touched;
     EXPECT_EQ(judge(touched, through).passed, 0U);
     EXPECT_EQ(judge(touched, through).most_behind_ticks, 3U) << "it is held until it is seen";
     touched.step = [](SceneState&, const haptable_input[], std::uint32_t, haptable_output out[]) { out[0] = {}; };
     EXPECT_EQ(judge(touched, through).passed, 1U);
     EXPECT_EQ(judge(touched, back).passed, 2U);
     EXPECT_EQ(judge(touched, through).most_behind_ticks, 0U);
-    EXPECT_EQ(judge(touched, across_corner(body.servo(), 1e-6F)).passed, 0U) << "it only touches the corner";
-    EXPECT_EQ(judge(touched, across_corner(body.servo(), 1e-3F)).passed, 1U);
+    EXPECT_EQ(judge(touched, across_corner(needle.body.servo(), 1e-6F)).passed, 0U) << "it only touches the corner";
+    EXPECT_EQ(judge(touched, across_corner(needle.body.servo(), 1e-3F)).passed, 1U);
 }
 
 }  // namespace

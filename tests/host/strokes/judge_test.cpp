@@ -2,17 +2,13 @@
 // The judge of strokes: it must be right about bodies, and it must see every fault that it looks for.
 #include <gtest/gtest.h>
 
-#include <map>
-#include <memory>
 #include <numbers>
 #include <random>
 
 #include "host/base/error.hpp"
-#include "host/strokes/campaign.hpp"
-#include "host/strokes/shrink.hpp"
 #include "tests/bodies.hpp"
+#include "tests/host/strokes/stroked.hpp"
 #include "tests/shapes.hpp"
-#include "tests/temporary_folder.hpp"
 
 namespace haptable::test {
 namespace {
@@ -63,21 +59,24 @@ TEST(Solid, RefusesAnOpenSurface) {
 
 // ---- faults ----
 
-/// The servo with something wrong.
-struct SpoiledCase {
-    const char* what;
-    StepOfScene* step;
-    Fault fault;
-    GodObject god_object;
-    bool friction;
-    int fingers = 1;
-    BodyKind body = {};
-    bool tool = false;
-
-    TouchMode mode() const { return {ForceLaw::kConsistent, god_object, friction, fingers, body, tool}; }
-};
+/// The servo, and then something wrong with what it leaves.
+template <auto kSpoil>
+void after(SceneState& scene, const haptable_input in[], std::uint32_t us, haptable_output out[]) {
+    scene.step(in, us, out);
+    kSpoil(scene, out);
+}
 
 bool in_contact(const haptable_output& out) { return out.state == HAPTABLE_CONTACT; }
+bool for_half_of_16_ticks(SceneState& scene) { return scene.servo(0).counters.ticks % 16 < 8; }
+
+template <std::size_t count>
+void scale(float (&values)[count], float by) {
+    for (float& value : values) value *= by;
+}
+template <std::size_t rows, std::size_t columns>
+void scale(float (&values)[rows][columns], float by) {
+    for (auto& row : values) scale(row, by);
+}
 
 /// A god-object that is never let go: the contact of the last tick, and its force.
 void never_lets_go(SceneState& scene, const haptable_input in[], std::uint32_t us, haptable_output out[]) {
@@ -94,8 +93,7 @@ void never_lets_go(SceneState& scene, const haptable_input in[], std::uint32_t u
 }
 
 /// In the body's frame.
-void drops_what_is_deep(SceneState& scene, const haptable_input in[], std::uint32_t us, haptable_output out[]) {
-    scene.step(in, us, out);
+void drops_what_is_deep(SceneState& scene, haptable_output out[]) {
     for (std::size_t f = 0; f < scene.fingers(); ++f) {
         haptable_servo& servo = scene.servo(f);
         Eigen::Map<const Eigen::Vector3f> finger(servo.finger_m), god(out[f].god_object_m);
@@ -110,43 +108,13 @@ void drops_what_is_deep(SceneState& scene, const haptable_input in[], std::uint3
     }
 }
 
-void pushes_too_hard(SceneState& scene, const haptable_input in[], std::uint32_t us, haptable_output out[]) {
-    scene.step(in, us, out);
-    if (in_contact(out[0])) out->force_n[0] += 10.0F;
-}
-
-/// As where a god-object went over an edge with one of its coordinates.
-void loses_a_share(SceneState& scene, const haptable_input in[], std::uint32_t us, haptable_output out[]) {
-    scene.step(in, us, out);
-    if (in_contact(out[0]) && scene.servo(0).counters.ticks % 16 == 0) out->alpha[0] += 1e-6F;
-}
-
-void is_a_little_soft(SceneState& scene, const haptable_input in[], std::uint32_t us, haptable_output out[]) {
-    scene.step(in, us, out);
-    for (auto& nodal : out->nodal_force_n)
-        for (float& component : nodal) component *= 0.9995F;
-}
-
-/// More than the contact's own: what nobody has paid for.
-void is_a_little_hard(SceneState& scene, const haptable_input in[], std::uint32_t us, haptable_output out[]) {
-    scene.step(in, us, out);
-    for (auto& nodal : out->nodal_force_n)
-        for (float& component : nodal) component *= 1.0005F;
-}
-
 /// All on one node: the sum is right, the picture is not.
-void loads_one_node(SceneState& scene, const haptable_input in[], std::uint32_t us, haptable_output out[]) {
-    scene.step(in, us, out);
+void loads_one_node(SceneState& /*scene*/, haptable_output out[]) {
     for (int axis = 0; axis < 3; ++axis)
         for (int c = 1; c < 3; ++c) {
             out->nodal_force_n[0][axis] += out->nodal_force_n[c][axis];
             out->nodal_force_n[c][axis] = 0.0F;
         }
-}
-
-void clicks(SceneState& scene, const haptable_input in[], std::uint32_t us, haptable_output out[]) {
-    scene.step(in, us, out);
-    if (in_contact(out[0]) && scene.servo(0).counters.ticks % 16 < 8) out->force_n[1] += 0.3F;
 }
 
 /// The force of a god-object that gives energy, for one that must not.
@@ -172,8 +140,7 @@ std::size_t deepest(SceneState& scene) {
 }
 
 /// As where a point's search had failed.
-void drops_a_point(SceneState& scene, const haptable_input in[], std::uint32_t us, haptable_output out[]) {
-    scene.step(in, us, out);
+void drops_a_point(SceneState& scene, haptable_output /*out*/[]) {
     const std::size_t i = deepest(scene);
     haptable_point& point = scene.point_state(i);
     point.is_inside = point.presses = point.is_known = 0;
@@ -184,35 +151,12 @@ void drops_a_point(SceneState& scene, const haptable_input in[], std::uint32_t u
     servo.counters = counters;
 }
 
-/// As where a search ended before the loads of the points that are left were solved.
-void is_not_solved(SceneState& scene, const haptable_input in[], std::uint32_t us, haptable_output out[]) {
-    scene.step(in, us, out);
-    for (float& component : scene.point_state(deepest(scene)).load_n) component *= 0.999F;
-}
-
-void pulls(SceneState& scene, const haptable_input in[], std::uint32_t us, haptable_output out[]) {
-    scene.step(in, us, out);
-    for (float& component : scene.point_state(deepest(scene)).load_n) component *= -1.0F;
-}
-
-void twists_too_hard(SceneState& scene, const haptable_input in[], std::uint32_t us, haptable_output out[]) {
-    scene.step(in, us, out);
-    for (float& component : reinterpret_cast<haptable_tool_output*>(out)->torque_n_m) component *= 1.001F;
-}
-
 /// As gives_energy.
 void gives_energy_by_a_tool(SceneState& scene, const haptable_input in[], std::uint32_t us, haptable_output out[]) {
     haptable_tool_model nearest = *scene.tool();
     nearest.points.settle = nullptr;
     const haptable_points_scene of{scene.scene(), &nearest.points};
     haptable_step(&of.scene, scene.memory(), in, us, out);
-}
-
-/// A hand that is pushed more than the body is.
-void pushes_the_hand(SceneState& scene, const haptable_input in[], std::uint32_t us, haptable_output out[]) {
-    scene.step(in, us, out);
-    for (std::size_t f = 0; f < scene.fingers(); ++f)
-        for (float& component : out[f].force_n) component *= 1.5F;
 }
 
 /// More on the way out than on the way in.
@@ -222,24 +166,7 @@ void pushes_what_leaves(SceneState& scene, const haptable_input in[], std::uint3
     scene.step(in, us, out);
     for (std::size_t f = 0; f < scene.fingers(); ++f)
         if (haptable::to_vector(out[f].force_n).dot(haptable::to_vector(in[f].finger_m) - last[f]) > 0.0)
-            for (float& component : out[f].force_n) component *= 1.5F;
-}
-
-/// A body that is damped against the world.
-void drags(SceneState& scene, const haptable_input in[], std::uint32_t us, haptable_output out[]) {
-    scene.step(in, us, out);
-    for (float& component : scene.body()->velocity_m_per_s) component *= 0.9999F;
-}
-
-void damps_the_turn(SceneState& scene, const haptable_input in[], std::uint32_t us, haptable_output out[]) {
-    scene.step(in, us, out);
-    for (float& component : scene.body()->momentum_n_m_s) component *= 0.9999F;
-}
-
-/// Modes that swing up by themselves.
-void swings_up(SceneState& scene, const haptable_input in[], std::uint32_t us, haptable_output out[]) {
-    scene.step(in, us, out);
-    for (float& p : scene.modes()->p) p *= 1.1F;
+            scale(out[f].force_n, 1.5F);
 }
 
 /// Stuck where the contact began.
@@ -249,68 +176,56 @@ void never_slips(SceneState& scene, const haptable_input in[], std::uint32_t us,
     haptable_servo_step(&sticky, &scene.servo(0), in->finger_m, us, out);
 }
 
-class Spoiled : public testing::TestWithParam<SpoiledCase> {};
+struct SpoiledCase {
+    const char* what;
+    TouchMode mode;
+    Fault fault;
+    StepOfScene* step;
+};
 
-/// The cube, precomputed once for each way that it moves.
-const StrokedBody& consistent_cube(const BodyKind& kind) {
-    static const TemporaryFolder folder;
-    static std::map<std::string, std::unique_ptr<StrokedBody>> made;
-    auto& body = made[kind.name()];
-    if (!body) {
-        Scene scene = cube_scene(5, 0.3);
-        scene.tables.columns = ColumnRows::kNone;
-        BodyTables tables(scene, folder.path());
-        body = std::make_unique<StrokedBody>(tables.with({ForceLaw::kConsistent, GodObject::kNearest, false, 2, kind}));
+class Spoiled : public testing::TestWithParam<SpoiledCase> {
+protected:
+    /// The cube under a servo that is well, or this one.
+    Stroked cube(StepOfScene* step) const {
+        static StrokedTables tables = [] {
+            Scene scene = cube_scene(5, 0.3);
+            scene.tables.columns = ColumnRows::kNone;
+            return StrokedTables(scene);
+        }();
+        return Stroked(tables, GetParam().mode, step);
     }
-    return *body;
-}
-
-/// The spoiled servo, or one that is well.
-struct SpoiledCube {
-    explicit SpoiledCube(const SpoiledCase& spoiled, StepOfScene* step)
-        : body(consistent_cube(spoiled.body)),
-          model(body, in_mode(Scene(), spoiled.mode()).contact,
-                spoiled.tool ? body.random_tools(cube_scene(5, 0.3)) : std::vector<ToolTables>{}),
-          touched(model.touched()),
-          maker(body.servo()) {
-        touched.step = step;
-    }
-    Tally stroke() const {
-        Workers workers(1);
-        return run_strokes(touched, maker, 7, 100, workers, [](std::size_t) {});
-    }
-
-    const StrokedBody& body;
-    StrokedModel model;
-    Touched touched;
-    StrokeMaker maker;
 };
 
 TEST_P(Spoiled, IsSeen) {
     const auto fault = static_cast<std::size_t>(GetParam().fault);
-    EXPECT_EQ(SpoiledCube(GetParam(), step_scene).stroke().faulty[fault], 0U) << "a servo that is well";
-    EXPECT_GT(SpoiledCube(GetParam(), GetParam().step).stroke().faulty[fault], 0U);
+    EXPECT_EQ(cube(step_scene).tally(7, 100).faulty[fault], 0U) << "a servo that is well";
+    EXPECT_GT(cube(GetParam().step).tally(7, 100).faulty[fault], 0U);
+}
+
+/// The longest way of a finger, or of a tool's handle and turn, in a tick.
+double longest_motion(const Stroke& stroke) {
+    double longest = 0.0;
+    for (std::size_t k = 1; k < stroke.size(); ++k)
+        for (std::size_t f = 0; f < 2; ++f)
+            longest = std::max(
+                longest,
+                (haptable::to_vector(stroke[k][f].data()) - haptable::to_vector(stroke[k - 1][f].data())).norm());
+    return longest;
 }
 
 TEST_P(Spoiled, IsShrunkToFewTicks) {
-    const SpoiledCube cube(GetParam(), GetParam().step);
-    for (const Broken& broken : cube.stroke().broken) {
+    const Stroked spoiled = cube(GetParam().step);
+    for (const Broken& broken : spoiled.tally(7, 100).broken) {
         if (!broken.verdict.has(GetParam().fault)) continue;
-        const Touched touched = cube.touched.of_stroke(broken.number);
-        const Stroke whole = make_stroke(touched, cube.maker, 7, broken.number);
+        const Touched touched = spoiled.touched.of_stroke(broken.number);
+        const Stroke whole = spoiled.stroke(7, broken.number);
         const Stroke least = shrink(touched, whole, GetParam().fault);
         EXPECT_TRUE(judge(touched, least).has(GetParam().fault));
         EXPECT_LT(least.size(), whole.size());
         for (std::size_t i = 0; i < least.size(); ++i) {
             Stroke fewer = least;
             fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(i));
-            double longest = 0.0;
-            for (std::size_t k = 1; k < fewer.size(); ++k)
-                for (std::size_t f = 0; f < 2; ++f)
-                    longest = std::max(
-                        longest,
-                        (haptable::to_vector(fewer[k][f].data()) - haptable::to_vector(fewer[k - 1][f].data())).norm());
-            if (longest > 0.005) continue;
+            if (longest_motion(fewer) > 0.005) continue;
             EXPECT_FALSE(judge(touched, fewer).has(GetParam().fault)) << "tick " << i;
         }
         return;
@@ -318,37 +233,78 @@ TEST_P(Spoiled, IsShrunkToFewTicks) {
     FAIL() << "no stroke with the fault";
 }
 
-constexpr BodyKind kFree{1, false}, kRings{0, true};
-constexpr auto kNearest = GodObject::kNearest, kLeast = GodObject::kLeastEnergy;
+TouchMode consistent(GodObject god_object, bool friction, int fingers = 1, BodyKind body = {}) {
+    return {ForceLaw::kConsistent, god_object, friction, fingers, body};
+}
+TouchMode by_tool(GodObject god_object, bool friction = false) {
+    return {ForceLaw::kConsistent, god_object, friction, 1, {}, true};
+}
 
-INSTANTIATE_TEST_SUITE_P(
-    Servo, Spoiled,
-    testing::Values(
-        SpoiledCase{"NeverLetsGo", never_lets_go, Fault::kOutside, GodObject::kNearest, false},
-        SpoiledCase{"DropsWhatIsDeep", drops_what_is_deep, Fault::kLost, GodObject::kNearest, false},
-        SpoiledCase{"PushesTooHard", pushes_too_hard, Fault::kForce, GodObject::kNearest, false},
-        SpoiledCase{"IsALittleSoft", is_a_little_soft, Fault::kLaw, GodObject::kNearest, false},
-        SpoiledCase{"LoadsOneNode", loads_one_node, Fault::kDrawn, GodObject::kNearest, false},
-        SpoiledCase{"Clicks", clicks, Fault::kJump, GodObject::kLeastEnergy, false},
-        SpoiledCase{"GivesEnergy", gives_energy, Fault::kEnergy, GodObject::kLeastEnergy, false},
-        SpoiledCase{"NeverSlips", never_slips, Fault::kCone, GodObject::kNearest, true},
-        SpoiledCase{"LosesAShare", loses_a_share, Fault::kArea, kNearest, false},
-        SpoiledCase{"LosesAShareOfTwo", loses_a_share, Fault::kArea, kLeast, true, 2},
-        SpoiledCase{"DropsWhatIsDeepOfTwo", drops_what_is_deep, Fault::kLost, kNearest, false, 2},
-        SpoiledCase{"DropsWhatIsDeepInAFreeBody", drops_what_is_deep, Fault::kLost, kLeast, false, 1, kFree},
-        SpoiledCase{"PushesWhatLeavesOfTwo", pushes_what_leaves, Fault::kEnergy, kLeast, false, 2},
-        SpoiledCase{"PushesWhatLeavesWhatRings", pushes_what_leaves, Fault::kEnergy, kLeast, false, 1, kRings},
-        SpoiledCase{"SwingsUp", swings_up, Fault::kEnergy, kLeast, false, 1, kRings},
-        SpoiledCase{"IsHardOnWhatRings", is_a_little_hard, Fault::kLaw, kLeast, false, 1, kRings},
-        SpoiledCase{"PushesTheHandNotTheBody", pushes_the_hand, Fault::kMomentum, kLeast, false, 1, kFree},
-        SpoiledCase{"Drags", drags, Fault::kMomentum, kLeast, false, 2, kFree},
-        SpoiledCase{"DampsTheTurn", damps_the_turn, Fault::kMomentum, kNearest, false, 1, kFree},
-        SpoiledCase{"DropsAPointOfATool", drops_a_point, Fault::kLost, kNearest, false, 1, {}, true},
-        SpoiledCase{"IsNoSolutionOfATool", is_not_solved, Fault::kLaw, kLeast, true, 1, {}, true},
-        SpoiledCase{"PullsByATool", pulls, Fault::kPull, kNearest, false, 1, {}, true},
-        SpoiledCase{"TwistsTooHard", twists_too_hard, Fault::kForce, kLeast, false, 1, {}, true},
-        SpoiledCase{"GivesEnergyByATool", gives_energy_by_a_tool, Fault::kEnergy, kLeast, false, 1, {}, true}),
-    [](const auto& one) { return std::string(one.param.what); });
+// As where a god-object went over an edge with one of its coordinates.
+constexpr auto kLosesAShare = [](SceneState& scene, haptable_output out[]) {
+    if (in_contact(out[0]) && scene.servo(0).counters.ticks % 16 == 0) out->alpha[0] += 1e-6F;
+};
+constexpr auto kIsALittleSoft = [](SceneState&, haptable_output out[]) { scale(out->nodal_force_n, 0.9995F); };
+// More than the contact's own: what nobody has paid for.
+constexpr auto kIsALittleHard = [](SceneState&, haptable_output out[]) { scale(out->nodal_force_n, 1.0005F); };
+constexpr auto kPushesTooHard = [](SceneState&, haptable_output out[]) {
+    if (in_contact(out[0])) out->force_n[0] += 10.0F;
+};
+constexpr auto kClicks = [](SceneState& scene, haptable_output out[]) {
+    if (in_contact(out[0]) && for_half_of_16_ticks(scene)) out->force_n[1] += 0.3F;
+};
+// A hand that is pushed more than the body is.
+constexpr auto kPushesTheHand = [](SceneState& scene, haptable_output out[]) {
+    for (std::size_t f = 0; f < scene.fingers(); ++f) scale(out[f].force_n, 1.5F);
+};
+// A body that is damped against the world; modes that swing up by themselves.
+constexpr auto kDrags = [](SceneState& scene, haptable_output*) { scale(scene.body()->velocity_m_per_s, 0.9999F); };
+constexpr auto kDampsTheTurn = [](SceneState& scene, haptable_output*) {
+    scale(scene.body()->momentum_n_m_s, 0.9999F);
+};
+constexpr auto kSwingsUp = [](SceneState& scene, haptable_output*) { scale(scene.modes()->p, 1.1F); };
+// As where a search ended before the loads of the points that are left were solved.
+constexpr auto kIsNotSolved = [](SceneState& scene, haptable_output*) {
+    scale(scene.point_state(deepest(scene)).load_n, 0.999F);
+};
+constexpr auto kPulls = [](SceneState& scene, haptable_output*) {
+    scale(scene.point_state(deepest(scene)).load_n, -1.0F);
+};
+constexpr auto kTwistsTooHard = [](SceneState&, haptable_output out[]) {
+    scale(reinterpret_cast<haptable_tool_output*>(out)->torque_n_m, 1.001F);
+};
+
+// clang-format off
+const SpoiledCase kSpoiled[] = {
+    {"NeverLetsGo", consistent(kNearest, false), Fault::kOutside, never_lets_go},
+    {"DropsWhatIsDeep", consistent(kNearest, false), Fault::kLost, after<drops_what_is_deep>},
+    {"PushesTooHard", consistent(kNearest, false), Fault::kForce, after<kPushesTooHard>},
+    {"IsALittleSoft", consistent(kNearest, false), Fault::kLaw, after<kIsALittleSoft>},
+    {"LoadsOneNode", consistent(kNearest, false), Fault::kDrawn, after<loads_one_node>},
+    {"Clicks", consistent(kLeast, false), Fault::kJump, after<kClicks>},
+    {"GivesEnergy", consistent(kLeast, false), Fault::kEnergy, gives_energy},
+    {"NeverSlips", consistent(kNearest, true), Fault::kCone, never_slips},
+    {"LosesAShare", consistent(kNearest, false), Fault::kArea, after<kLosesAShare>},
+    {"LosesAShareOfTwo", consistent(kLeast, true, 2), Fault::kArea, after<kLosesAShare>},
+    {"DropsWhatIsDeepOfTwo", consistent(kNearest, false, 2), Fault::kLost, after<drops_what_is_deep>},
+    {"DropsWhatIsDeepInAFreeBody", consistent(kLeast, false, 1, kFree), Fault::kLost, after<drops_what_is_deep>},
+    {"PushesWhatLeavesOfTwo", consistent(kLeast, false, 2), Fault::kEnergy, pushes_what_leaves},
+    {"PushesWhatLeavesWhatRings", consistent(kLeast, false, 1, kRings), Fault::kEnergy, pushes_what_leaves},
+    {"SwingsUp", consistent(kLeast, false, 1, kRings), Fault::kEnergy, after<kSwingsUp>},
+    {"IsHardOnWhatRings", consistent(kLeast, false, 1, kRings), Fault::kLaw, after<kIsALittleHard>},
+    {"PushesTheHandNotTheBody", consistent(kLeast, false, 1, kFree), Fault::kMomentum, after<kPushesTheHand>},
+    {"Drags", consistent(kLeast, false, 2, kFree), Fault::kMomentum, after<kDrags>},
+    {"DampsTheTurn", consistent(kNearest, false, 1, kFree), Fault::kMomentum, after<kDampsTheTurn>},
+    {"DropsAPointOfATool", by_tool(kNearest), Fault::kLost, after<drops_a_point>},
+    {"IsNoSolutionOfATool", by_tool(kLeast, true), Fault::kLaw, after<kIsNotSolved>},
+    {"PullsByATool", by_tool(kNearest), Fault::kPull, after<kPulls>},
+    {"TwistsTooHard", by_tool(kLeast), Fault::kForce, after<kTwistsTooHard>},
+    {"GivesEnergyByATool", by_tool(kLeast), Fault::kEnergy, gives_energy_by_a_tool},
+};
+// clang-format on
+
+INSTANTIATE_TEST_SUITE_P(Servo, Spoiled, testing::ValuesIn(kSpoiled),
+                         [](const auto& one) { return std::string(one.param.what); });
 
 }  // namespace
 }  // namespace haptable::test

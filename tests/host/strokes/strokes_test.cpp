@@ -2,13 +2,10 @@
 // A short part of `make strokes`: fixed seeds over our own meshes and, where they are, over other people's.
 #include <gtest/gtest.h>
 
-#include <memory>
-
 #include "host/base/file.hpp"
 #include "host/mesh/cube.hpp"
 #include "host/mesh/write_tetgen.hpp"
-#include "host/strokes/report.hpp"
-#include "tests/temporary_folder.hpp"
+#include "tests/host/strokes/stroked.hpp"
 
 namespace haptable::test {
 namespace {
@@ -20,37 +17,20 @@ using Eigen::Vector3d;
 constexpr std::array kKept{Fault::kOutside, Fault::kLost,   Fault::kForce, Fault::kArea,     Fault::kLaw, Fault::kDrawn,
                            Fault::kJump,    Fault::kEnergy, Fault::kCone,  Fault::kMomentum, Fault::kPull};
 
-/// Modes with one of these in their names over the bodies of `places` whose names hold one of `only`.
-void expect_promises_kept(const std::vector<fs::path>& places, const std::vector<std::string>& only,
-                          const std::vector<TouchMode>& modes, std::size_t strokes) {
-    const TemporaryFolder folder;
-    const StrokedMeshes meshes = collect_meshes(places, only, 50'000, folder.path() / "meshes");
-    ASSERT_EQ(meshes.taken.size(), only.size()) << (meshes.left_out.empty() ? "" : meshes.left_out[0].why);
-    Workers workers(1);
-    for (const StrokedMesh& mesh : meshes.taken) {
-        BodyTables tables(mesh.scene, folder.path() / mesh.name);
-        std::unique_ptr<StrokedBody> body;
-        for (std::size_t m = 0; m < modes.size(); ++m) {
-            const TouchMode& mode = modes[m];
-            const bool is_same = m > 0 && modes[m - 1].force == mode.force && modes[m - 1].body == mode.body &&
-                                 modes[m - 1].is_coupled() == mode.is_coupled();
-            if (!is_same) body = std::make_unique<StrokedBody>(tables.with(mode));
-            const Scene scene = in_mode(mesh.scene, mode);
-            const auto tools = mode.tool ? body->random_tools(scene) : std::vector<ToolTables>{};
-            const StrokedModel model(*body, scene.contact, tools);
-            const Tally tally =
-                run_strokes(model.touched(), StrokeMaker(body->servo()), 1, strokes, workers, [](std::size_t) {});
-            EXPECT_GT(tally.contact_ticks, 20 * strokes) << mesh.name << " " << mode.name();
-            if (mode.is_coupled()) {
-                EXPECT_GT(tally.both_ticks, strokes) << mesh.name << " " << mode.name();
-            }
+/// Modes over the bodies of `places` whose names hold one of `meshes`.
+void expect_promises_kept(const std::vector<std::string>& meshes, const std::vector<TouchMode>& modes,
+                          std::size_t strokes, const std::vector<fs::path>& places = kOurMeshes) {
+    for (const std::string& mesh : meshes)
+        for (const TouchMode& mode : modes) {
+            SCOPED_TRACE(mesh + " " + mode.name());
+            const Tally tally = Stroked(tables_of(mesh, places), mode).tally(1, strokes);
+            EXPECT_GT(tally.contact_ticks, 20 * strokes);
+            EXPECT_TRUE(!mode.is_coupled() || tally.both_ticks > strokes) << tally.both_ticks;
             for (const Broken& broken : tally.broken)
                 for (const Fault fault : kKept)
                     EXPECT_FALSE(broken.verdict.has(fault))
-                        << mesh.name << " " << mode.name() << ", stroke " << broken.number << ": " << name_of(fault)
-                        << "; haptable-strokes shrinks it";
+                        << "stroke " << broken.number << ": " << name_of(fault) << "; haptable-strokes shrinks it";
         }
-    }
 }
 
 enum class Hands { kAlone, kTool, kOther };
@@ -66,40 +46,35 @@ std::vector<TouchMode> modes_of(Hands hands) {
 }
 
 TEST(Strokes, OverOurMeshesKeepWhatContactPromises) {
-    expect_promises_kept({"meshes", "meshes/hard"}, {"cube-consistent", "mouse", "needle", "torus"},
-                         modes_of(Hands::kAlone), 120);
+    expect_promises_kept({"cube-consistent", "mouse", "needle", "torus"}, modes_of(Hands::kAlone), 120);
 }
 
 TEST(Strokes, OfTwoFingersAndOnWhatMovesKeepWhatIsPromised) {
-    expect_promises_kept({"meshes", "meshes/hard"}, {"cube-consistent", "torus"}, modes_of(Hands::kOther), 10);
+    expect_promises_kept({"cube-consistent", "torus"}, modes_of(Hands::kOther), 10);
 }
 
 TEST(Strokes, OfAToolKeepWhatIsPromised) {
-    expect_promises_kept({"meshes", "meshes/hard"}, {"cube-consistent", "torus"}, modes_of(Hands::kTool), 60);
+    expect_promises_kept({"cube-consistent", "torus"}, modes_of(Hands::kTool), 60);
 }
 
 /// A scene of these whose dents stiffen to 2.5 times, written beside its mesh.
-fs::path stiffened(const fs::path& scene, const fs::path& folder) {
+void write_stiffened(const fs::path& scene, const fs::path& folder) {
     for (const char* part : {".node", ".ele"})
         if (const fs::path mesh = fs::path(scene).replace_extension(part); fs::exists(mesh))
             fs::copy_file(mesh, folder / mesh.filename());
     std::string text = read_file(scene);
     text.insert(text.find("poisson"), "stiffening = { curve = [0.5, -0.5, 1.5], energy = 5.0e-5 }\n");
     write_file(folder / scene.filename(), text);
-    return folder / scene.filename();
 }
 
 TEST(Strokes, OnDentsThatStiffenKeepWhatIsPromised) {
     const TemporaryFolder folder;
     std::vector<TouchMode> modes = all_modes();
     std::erase_if(modes, [](const TouchMode& mode) { return mode.body.rings; });  // docs/MATERIALS.md: refused
-    const std::vector<fs::path> scenes{stiffened("meshes/cube-consistent.toml", folder.path()),
-                                       stiffened("meshes/hard/needle.toml", folder.path())};
-    expect_promises_kept(scenes, {"cube-consistent", "needle"}, modes, 20);
-    Progress quiet(true);
-    const Scene scene = read_scene(scenes[0]);
-    const StrokedBody body(scene, folder.path() / "tables", quiet);
-    EXPECT_NE(StrokedModel(body, scene.contact).touched().model.stiffen, nullptr) << "that is what was stroked";
+    write_stiffened("meshes/cube-consistent.toml", folder.path());
+    write_stiffened("meshes/hard/needle.toml", folder.path());
+    expect_promises_kept({"cube-consistent", "needle"}, modes, 20, {folder.path()});
+    EXPECT_NE(Stroked(tables_of("needle", {folder.path()}), modes[0]).touched.model.stiffen, nullptr);
 }
 
 // Of pair 258 of least energy both settle where nobody looks.
@@ -108,7 +83,7 @@ TEST(Strokes, OfTwoAreNeitherLostNorThrough) {
     for (const TouchMode& mode : modes_of(Hands::kOther))
         if (mode.force == ForceLaw::kConsistent && mode.fingers == 2 && mode.body == BodyKind{} && !mode.friction)
             modes.push_back(mode);
-    expect_promises_kept({"meshes/cube-consistent.toml"}, {"cube-consistent"}, modes, 300);
+    expect_promises_kept({"cube-consistent"}, modes, 300);
 }
 
 // Its lower edges are sharp. In stroke 61 the first finger meets the surface in the tick in which the other comes out
@@ -122,84 +97,50 @@ TEST(Strokes, OfTwoComeOutOverASharpEdge) {
     }
     write_tetgen(mesh.position_m, mesh.tet, folder.path() / "frustum");
     const TouchMode mode{ForceLaw::kInterpolated, GodObject::kLeastEnergy, false, 2, {true, false}};
-    expect_promises_kept({folder.path()}, {"frustum"}, {mode}, 400);
+    expect_promises_kept({"frustum"}, {mode}, 400, {folder.path()});
 }
 
-// Each was a fault once, of the judge but for the free needle, which spun up by itself.
+// Each was a fault once: of the judge, but for the free needle, which spun up by itself, and for the tools, which were
+// the firmware's.
 TEST(Strokes, ThatWereFaultsAreClean) {
     struct Case {
-        std::string what, mesh;
+        const char *what, *mesh;
         TouchMode mode;
         std::uint64_t seed, number;
     };
-    const auto two = [](ForceLaw force, GodObject god, bool friction, BodyKind body) {
-        return TouchMode{force, god, friction, 2, body};
-    };
-    const BodyKind held{}, free{true, false}, rings{false, true};
     const Case cases[] = {
-        {"a force of 2e-23 N has no square", "torus",
-         two(ForceLaw::kInterpolated, GodObject::kLeastEnergy, false, free), 1, 1993},
-        {"two that bend a rod are nearly one, and C of both nearly singular", "needle",
-         two(ForceLaw::kPressureMask, GodObject::kLeastEnergy, true, held), 2, 73},
-        {"420 rad/s about its own axis", "needle", two(ForceLaw::kPressureMask, GodObject::kNearest, false, free), 2,
-         540},
-        {"a surface that swings at 0.7 m/s", "needle", two(ForceLaw::kPressureMask, GodObject::kNearest, true, rings),
-         2, 723},
+        {"a force of 2e-23 N has no square", "torus", {ForceLaw::kInterpolated, kLeast, false, 2, kFree}, 1, 1993},
+        {"two that bend a rod are nearly one, and C of both nearly singular",
+         "needle",
+         {ForceLaw::kPressureMask, kLeast, true, 2},
+         2,
+         73},
+        {"420 rad/s about its own axis", "needle", {ForceLaw::kPressureMask, kNearest, false, 2, kFree}, 2, 540},
+        {"a surface that swings at 0.7 m/s", "needle", {ForceLaw::kPressureMask, kNearest, true, 2, kRings}, 2, 723},
+        {"a search whose last step took a point out of T left the loads of the others as they were",
+         "cube-consistent",
+         {ForceLaw::kConsistent, kLeast, false, 1, {}, true},
+         0x44aab30871a52d4aULL,
+         12},
+        {"12 points near one place, whose C is not definite, by the error of its tables",
+         "torus",
+         {ForceLaw::kPressureMask, kLeast, false, 1, {}, true},
+         0xc8cbb70839f26475ULL,
+         190},
     };
-    for (const Case& one : cases) {
-        const TemporaryFolder folder;
-        const StrokedMeshes meshes = collect_meshes({"meshes/hard"}, {one.mesh}, 50'000, folder.path());
-        const Scene scene = in_mode(meshes.taken.at(0).scene, one.mode);
-        Progress progress(true);
-        const StrokedBody body(scene, folder.path() / "tables", progress);
-        const StrokedModel model(body, scene.contact);
-        const Touched touched = model.touched();
-        const Stroke stroke = make_stroke(touched, StrokeMaker(body.servo()), one.seed, one.number);
-        EXPECT_TRUE(judge(touched, stroke).is_clean()) << one.what;
-    }
-}
-
-// Each was a fault of the firmware once.
-TEST(Strokes, OfAToolThatWereFaultsAreClean) {
-    struct Case {
-        std::string what, mesh;
-        ForceLaw force;
-        std::uint64_t seed, number;
-    };
-    const Case cases[] = {
-        {"a search whose last step took a point out of T left the loads of the others as they were", "cube-consistent",
-         ForceLaw::kConsistent, 0x44aab30871a52d4aULL, 12},
-        {"12 points near one place, whose C is not definite, by the error of its tables", "torus",
-         ForceLaw::kPressureMask, 0xc8cbb70839f26475ULL, 190},
-    };
-    for (const Case& one : cases) {
-        const TemporaryFolder folder;
-        const StrokedMeshes meshes = collect_meshes({"meshes", "meshes/hard"}, {one.mesh}, 50'000, folder.path());
-        const TouchMode mode{one.force, GodObject::kLeastEnergy, false, 1, {}, true};
-        const Scene scene = in_mode(meshes.taken.at(0).scene, mode);
-        BodyTables tables(meshes.taken.at(0).scene, folder.path() / "tables");
-        const StrokedBody body(tables.with(mode));
-        const StrokedModel model(body, scene.contact, body.random_tools(scene));
-        const Touched touched = model.touched().of_stroke(one.number);
-        const Stroke stroke = make_stroke(touched, StrokeMaker(body.servo()), one.seed, one.number);
-        EXPECT_TRUE(judge(touched, stroke).is_clean()) << one.what;
-    }
+    for (const Case& one : cases)
+        EXPECT_TRUE(Stroked(tables_of(one.mesh), one.mode).judged(one.seed, one.number).is_clean()) << one.what;
 }
 
 TEST(Strokes, OverOtherPeoplesMeshesKeepWhatContactPromises) {
     if (!fs::exists("../shared/contact")) GTEST_SKIP() << "no ../shared: other people's meshes are not in a clone";
-    expect_promises_kept({"../shared/meshes", "../shared/contact"},
-                         {"liver_181", "shark_429", "two_parts_285", "screw_1732", "ossicles_1733"},
-                         modes_of(Hands::kAlone), 120);
+    expect_promises_kept({"liver_181", "shark_429", "two_parts_285", "screw_1732", "ossicles_1733"},
+                         modes_of(Hands::kAlone), 120, {"../shared/meshes", "../shared/contact"});
 }
 
 TEST(Strokes, AreTheSameForTheSameNumbers) {
     const TemporaryFolder folder;
-    StrokedMeshes meshes = collect_meshes({"meshes/hard"}, {"needle"}, 1000, folder.path());
-    ASSERT_EQ(meshes.taken.size(), 1U);
-    Progress progress(true);
-    const StrokedBody body(in_mode(meshes.taken[0].scene, {}), folder.path(), progress);
-    const StrokeMaker maker(body.servo());
+    const StrokeMaker maker(tables_of("needle").body({}).servo());
     for (std::uint64_t number = 0; number < 50; ++number) {
         const int fingers = static_cast<int>(number % 3);
         const auto make = [&](std::uint64_t seed) {
