@@ -18,6 +18,11 @@ class LabError(Exception):
     """What a person mends: names the file, the topic or the figure, and says what to do."""
 
 
+def build() -> Path:
+    """Where programs and scenes are made: $BUILD, as make has it."""
+    return Path(os.environ.get("BUILD", "build"))
+
+
 def output_of(*command: object, **environment: str) -> str:
     """What a command prints; what it says beside, on standard error, is passed on. Raises LabError where it fails."""
     ended = subprocess.run([str(word) for word in command], stdout=subprocess.PIPE, text=True, check=False,
@@ -27,9 +32,14 @@ def output_of(*command: object, **environment: str) -> str:
     return ended.stdout
 
 
-def told(program: Path, *options: object) -> Any:
-    """The JSON that a program prints."""
-    return json.loads(output_of(program, *options))
+def told(program: str, *options: object) -> Any:
+    """The JSON that a program of build/bin prints."""
+    return json.loads(output_of(build() / "bin" / program, *options))
+
+
+def say(*what: object) -> None:
+    """What a bench does now."""
+    print("bench:", *what, flush=True)
 
 
 def own(folder: Path, holds: str) -> None:
@@ -40,7 +50,6 @@ def own(folder: Path, holds: str) -> None:
         return
     if mark.exists() or mark.is_symlink() or (folder.exists() and any(folder.iterdir())):
         raise LabError(f"{folder}: holds files that are not haptable's {holds} (by its .haptable): move them away, "
-                       f"or give "
-                       "another BUILD")
+                       "or give another BUILD")
     folder.mkdir(parents=True, exist_ok=True)
     mark.write_text(f"{text}.\n", encoding="utf-8")

@@ -9,21 +9,15 @@ import inspect
 import os
 import sys
 import typing
-from pathlib import Path
 
-from lab import LabError
+from lab import LabError, build
 
-#: Commands that are not lab.COMMAND.make, by their module. A function's arguments are its command's: `build` is the
-#: folder that all have, what has a default is an option, a list as often as there is any.
+#: Commands that are not lab.COMMAND.make, by their module. A function's arguments are its command's: what has a default
+#: is an option, a list as often as there is any.
 MODULES = {"take": "numbers", "check": "numbers",
            **dict.fromkeys(("speed", "beside", "devices", "inversion", "instructions"), "programs")}
 COMMANDS = (*MODULES, "figures", "report", "large", "hard", "sizes", "target", "liver", "strokes", "realtime", "error",
             "contact")
-
-
-def function_of(command: str) -> typing.Any:
-    return getattr(importlib.import_module(f"lab.{MODULES.get(command, command)}"),
-                   command if command in MODULES else "make")
 
 
 def add_arguments(parser: argparse.ArgumentParser, function: typing.Any) -> None:
@@ -32,8 +26,6 @@ def add_arguments(parser: argparse.ArgumentParser, function: typing.Any) -> None
     for name, one in inspect.signature(function).parameters.items():
         kind = types[name]
         of = (typing.get_args(kind) or (kind,))[0]  # list[Path]: Path
-        if name == "build":
-            continue
         if one.default is inspect.Parameter.empty:
             many = {"nargs": "*"} if typing.get_origin(kind) is list else {}
             parser.add_argument(name, type=of, metavar=name.upper(), **many)
@@ -47,20 +39,19 @@ def add_arguments(parser: argparse.ArgumentParser, function: typing.Any) -> None
 def main() -> int:
     parser = argparse.ArgumentParser(prog="lab", description="What compares, plots and writes the pages.",
                                      epilog=f"COMMAND is one of {', '.join(COMMANDS)}; COMMAND --help tells more.")
-    parser.add_argument("--build", type=Path, default=Path(os.environ.get("BUILD", "build")), metavar="DIR",
+    parser.add_argument("--build", default=str(build()), metavar="DIR",
                         help="where programs and scenes are made (default: $BUILD, else build)")
     parser.add_argument("command", choices=COMMANDS, metavar="COMMAND")
     parser.add_argument("arguments", nargs=argparse.REMAINDER)
     options = parser.parse_args()
-    sys.path.append(str((options.build / "lab/site").resolve()))  # scikit-fem: make lab
-    function = function_of(options.command)
+    os.environ["BUILD"] = options.build
+    sys.path.append(str((build() / "lab/site").resolve()))  # scikit-fem: make lab
+    module = importlib.import_module(f"lab.{MODULES.get(options.command, options.command)}")
+    function = getattr(module, options.command if options.command in MODULES else "make")
     of_command = argparse.ArgumentParser(prog=f"lab {options.command}", description=inspect.getdoc(function))
     add_arguments(of_command, function)
-    given = vars(of_command.parse_args(options.arguments))
-    if "build" in inspect.signature(function).parameters:
-        given["build"] = options.build
     try:
-        function(**given)
+        function(**vars(of_command.parse_args(options.arguments)))
     except LabError as error:
         print(error, file=sys.stderr)
         return 1

@@ -12,7 +12,7 @@ import tempfile
 from pathlib import Path
 from types import ModuleType
 
-from lab import LabError
+from lab import LabError, build
 
 _LIBRARY = """# Made by lab/binding.py: libhaptable without a compiler.
 import pathlib
@@ -24,15 +24,15 @@ lib = ffi.dlopen(str(pathlib.Path(__file__).with_name("libhaptable.so.1")))
 
 
 @functools.cache
-def load(build: Path) -> ModuleType:
-    """The module haptable, of the library that `make library` has left."""
-    library = build / "lib/libhaptable.so.1"
+def load(folder: Path | None = None) -> ModuleType:
+    """The module haptable, of the library that `make library` has left in this folder, or in the build's."""
+    library = (folder or build()) / "lib/libhaptable.so.1"
     if not library.exists():
         raise LabError(f"{library}: is not there; run make library")
-    folder = tempfile.mkdtemp(prefix="haptable-lab-")
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    package = Path(folder) / "haptable"
-    sys.path[:0] = [folder, "python"]
+    home = tempfile.mkdtemp(prefix="haptable-lab-")
+    atexit.register(shutil.rmtree, home, ignore_errors=True)
+    package = Path(home) / "haptable"
+    sys.path[:0] = [home, "python"]
     from build_library import HEADER, declarations
     shutil.copytree("python/haptable", package, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(library, package)

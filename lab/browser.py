@@ -190,9 +190,8 @@ def _wait_ticks(browser: Browser, ticks: int) -> None:
 
 
 def _press(browser: Browser, x: float, y: float) -> None:
-    browser.mouse("Moved", x - 20, y)
-    browser.mouse("Moved", x, y)
-    browser.mouse("Pressed", x, y)
+    for kind, at in (("Moved", x - 20), ("Moved", x), ("Pressed", x)):
+        browser.mouse(kind, at, y)
 
 
 def _press_two(browser: Browser) -> None:
@@ -217,10 +216,9 @@ def _press_and_drag(browser: Browser) -> None:
         share *= share * (3 - 2 * share)
         browser.mouse("Moved", x + 130 * share, y + 50 * share)
         _wait_ticks(browser, 60)
-    browser.mouse("Released", x + 130, y + 50)
-    _wait_ticks(browser, 300)
-    browser.mouse("Pressed", x + 130, y + 50)
-    _wait_ticks(browser, 700)
+    for kind, ticks in (("Released", 300), ("Pressed", 700)):
+        browser.mouse(kind, x + 130, y + 50)
+        _wait_ticks(browser, ticks)
     for _ in range(4):
         browser.mouse("Wheel", x + 130, y + 50, -100)
     _wait_ticks(browser, 900)

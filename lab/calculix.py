@@ -7,14 +7,15 @@ from __future__ import annotations
 
 import re
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from lab import LabError
-from lab.reference import Array, Indices, Mesh, Tetrahedra
+from lab.reference import Array, Indices, Tetrahedra
 
 _MM, _MPA = 1e3, 1e-6
 
@@ -68,17 +69,17 @@ class Deck:
 
 
 def deck_of(body: Tetrahedra, young: float, poisson: float, large_strain: bool = False) -> Deck:
-    """The elements that scikit-fem solved."""
-    return Deck(body.x, elements_of(body.mesh, len(body.x) > len(body.mesh.x)), body.held, young, poisson, large_strain)
+    """The elements that scikit-fem solved: of a C3D10 the corners, then the nodes in the middle of edges 01 12 20 03 13
+    23."""
+    mesh = body.mesh
+    elements = np.column_stack([mesh.tets, mesh.middles]) if len(body.x) > len(mesh.x) else mesh.tets
+    return Deck(body.x, elements, body.held, young, poisson, large_strain)
 
 
-def elements_of(mesh: Mesh, quadratic: bool) -> Indices:
-    """Of a C3D10 the corners, then the nodes in the middle of edges 01 12 20 03 13 23."""
-    return np.column_stack([mesh.tets, mesh.middles]) if quadratic else mesh.tets
-
-
-def _run(text: str, folder: Path) -> tuple[int, str]:
-    """ccx's status, and job.dat or nothing."""
+def _results(text: str, folder: Path, parse: Callable[[str], list[Any]], wanted: int,
+             least: int | None = None) -> list[Any]:
+    """What `parse` finds in what ccx prints of this deck. Raises LabError where ccx is missing, or where it ends with
+    less than was wanted, or than `least`."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "job.inp").write_text(text, encoding="utf-8")
     result = folder / "job.dat"
@@ -88,21 +89,27 @@ def _run(text: str, folder: Path) -> tuple[int, str]:
             status = subprocess.run(["ccx", "-i", "job"], cwd=folder, stdout=log, stderr=log, check=False).returncode
     except FileNotFoundError as error:
         raise LabError("ccx: is not there; run sh scripts/setup.sh lab") from error
-    return status, result.read_text(encoding="utf-8") if result.exists() else ""
+    found = parse(result.read_text(encoding="utf-8") if result.exists() else "")
+    if len(found) < (wanted if least is None else least):
+        raise LabError(f"ccx ended with {status} and {len(found)} of {wanted} results; see {folder / 'job.log'}")
+    return found
+
+
+def _blocks(quantity: str) -> Callable[[str], list[Array]]:
+    """Rows of number, x, y, z of each step that prints this quantity."""
+    return lambda text: [np.array(block.split(), float).reshape(-1, 4)
+                         for block in re.split(rf"^.*{quantity}.*$", text, flags=re.M)[1:]]
 
 
 def displacements(deck: Deck, loads: Sequence[Array], folder: Path) -> list[Array]:
     """[N, 3] m after each load [N, 3] N, one after the other. At large strain it may end before the last load: there
     are fewer results then. Raises LabError where ccx is missing or ends without a result."""
-    status, text = _run(deck.model() + "".join(deck.step(load) for load in loads), folder)
     results = []
-    for block in re.split(r"^.*displacements.*$", text, flags=re.M)[1:]:
-        cells = np.array(block.split(), float).reshape(-1, 4)
+    for cells in _results(deck.model() + "".join(map(deck.step, loads)), folder, _blocks("displacements"), len(loads),
+                          1 if deck.large_strain else None):
         moved = np.zeros_like(deck.x)
         moved[cells[:, 0].astype(int) - 1] = cells[:, 1:] / _MM
         results.append(moved)
-    if len(results) != len(loads) and not (deck.large_strain and results):
-        raise LabError(f"ccx ended with {status} and {len(results)} of {len(loads)} results; see {folder / 'job.log'}")
     return results
 
 
@@ -142,22 +149,17 @@ def pressing(deck: Deck, tool: Rigid, touched: Indices, moves: Array, folder: Pa
     steps = ["*STEP, INC=100\n*STATIC\n1., 1., 1e-4, 1.\n*BOUNDARY\n" +
              "".join(f"TOOL,{c + 1},{c + 1},{_MM * part:.13g}\n" for c, part in enumerate(move)) +
              "*NODE PRINT, NSET=HELD, TOTALS=ONLY, FREQUENCY=1000\nRF\n*END STEP\n" for move in moves.tolist()]
-    status, text = _run(deck.model() + tool.cards(deck, touched, stiffness) + "".join(steps), folder)
-    totals = re.findall(r"total force.*\n\s*\n(.*)", text)
-    if len(totals) != len(moves):
-        raise LabError(f"ccx ended with {status} and {len(totals)} of {len(moves)} results; see {folder / 'job.log'}")
+    totals = _results(deck.model() + tool.cards(deck, touched, stiffness) + "".join(steps), folder,
+                      lambda text: re.findall(r"total force.*\n\s*\n(.*)", text), len(moves))
     return np.array([line.split() for line in totals], float)
 
 
 def frequencies(deck: Deck, count: int, folder: Path) -> Array:
     """The lowest `count`, Hz, ascending; of a body that nothing holds its six rigid motions are among them."""
-    status, text = _run(deck.model() + f"*STEP\n*FREQUENCY\n{count}\n*END STEP\n", folder)
-    head = text.split("P A R T I C I P A T I O N")[0]
-    found = np.array([float(line[3]) for line in (line.split() for line in head.splitlines())
-                      if len(line) >= 4 and line[0].isdigit()])
-    if len(found) < count:
-        raise LabError(f"ccx ended with {status} and {len(found)} of {count} frequencies; see {folder / 'job.log'}")
-    return found
+    def parse(text: str) -> list[float]:
+        lines = [line.split() for line in text.split("P A R T I C I P A T I O N")[0].splitlines()]
+        return [float(line[3]) for line in lines if len(line) >= 4 and line[0].isdigit()]
+    return np.array(_results(deck.model() + f"*STEP\n*FREQUENCY\n{count}\n*END STEP\n", folder, parse, count))
 
 
 def forces(deck: Deck, nodes: Indices, weights: Array, moved: Sequence[Array], folder: Path) -> list[Array]:
@@ -170,14 +172,9 @@ def forces(deck: Deck, nodes: Indices, weights: Array, moved: Sequence[Array], f
         lines += [f"*EQUATION\n{len(nodes) + 1}"]
         lines += [f"{nodes[k] + 1},{c},{weights[k]:.13g}" for k in first] + [f"{reference},{c},-1"]
     lines += ["*NSET, NSET=PRESSED", *(f"{node + 1}," for node in nodes)]
-    text = deck.model() + "\n".join(lines) + "\n"
     for u in moved:
-        held = "\n".join(f"{reference},{c + 1},{c + 1},{_MM * u[c]:.13g}" for c in range(3))
-        text += (f"*STEP, NLGEOM, INC=200\n*STATIC\n*BOUNDARY\n{held}\n"
-                 "*NODE PRINT, NSET=PRESSED, FREQUENCY=1000\nRF\n*END STEP\n")
-    status, printed = _run(text, folder)
-    results = [np.array(block.split(), float).reshape(-1, 4)[:, 1:].sum(0)
-               for block in re.split(r"^.*forces.*$", printed, flags=re.M)[1:]]
-    if not results:
-        raise LabError(f"ccx ended with {status} and no result; see {folder / 'job.log'}")
-    return results
+        lines += ["*STEP, NLGEOM, INC=200\n*STATIC\n*BOUNDARY",
+                  *(f"{reference},{c + 1},{c + 1},{_MM * u[c]:.13g}" for c in range(3)),
+                  "*NODE PRINT, NSET=PRESSED, FREQUENCY=1000\nRF\n*END STEP"]
+    cells = _results(deck.model() + "\n".join(lines) + "\n", folder, _blocks("forces"), len(moved), 1)
+    return [one[:, 1:].sum(0) for one in cells]

@@ -7,18 +7,17 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 
-from lab import LabError, binding, scenes
-from lab.error import ELEMENTS
-from lab.numbers import Topics, number, seconds
-from lab.reference import Array, Bricks, Footprint, Mesh, Solid, graded
-from lab.scenes import Scene
-from lab.specimens import (PLACES, Place, cells, cube_body, cube_scene, mesh_of, mesh_places, reference,
-                           specimens, spiral, truth_of, write_tetgen)
+from lab import binding, say, scenes
+from lab.error import ELEMENTS, felt_at
+from lab.numbers import Topic, Topics, number, percent, seconds, table
+from lab.reference import Array, Bricks, Mesh, Solid, graded
+from lab.scenes import Scene, vary
+from lab.specimens import (FINE, PLACES, Place, Specimen, cells, cube_body, cube_scene, mesh_of, mesh_places, normals,
+                           reference, specimens, spiral, truth_of, write_tetgen)
 
 _DEPTH = 1e-4  # m: on the patch that the place lies on
 _NOT_KEPT = 0.4999  # a ratio that docs/numbers.json has no truth of
@@ -26,106 +25,82 @@ _RATIOS = (0.3, 0.49, _NOT_KEPT)
 _LOCKING_RATIOS = (0.3, 0.45, 0.49, 0.499, 0.4999)
 
 
-def _percent(share: float) -> dict[str, Any]:
-    return number(float(share), f"{100.0 * share:+.1f} %")
-
-
-def excess(felt: Array, body: Array) -> float:
+def _excess(felt: Array, body: Array) -> Topic:
     """The mean over the fingers of one over the other, less 1."""
-    return float(np.mean(felt / body) - 1.0)
+    return percent(float(np.mean(felt / body) - 1.0), "{:+.1f} %")
 
 
 class Masked:
     """Scenes of one element under masks of one radius; Poisson's ratio comes later."""
 
-    def __init__(self, scene: Scene, element: str, radius: float, folder: Path, build: Path,
-                 haptable: ModuleType) -> None:
-        self._scene = {**scene, "mesh": {**scene["mesh"], "element": element}}
-        self._radius, self._folder, self._build, self._haptable = radius, folder, build, haptable
+    def __init__(self, scene: Scene, element: str, radius: float, folder: Path) -> None:
+        self._scene = vary(scene, mesh={"element": element}, contact=None)
+        self._radius, self._folder = radius, folder
         self.nodes = 0
         self.told: float | None = None  #: by the last run: how much a finger feels it too stiff
 
     def at(self, poisson: float, places: Sequence[Place]) -> Array:
         """n . S n under the fingers, N/m, as the servo has it."""
-        summary = scenes.precompute(self._with(poisson, {"force": "pressure-mask", "mask_radius": self._radius}),
-                                    self._folder, self._build)
+        scene = vary(self._scene, material={"poisson": poisson})
+        summary = scenes.precompute(scenes.touched(scene, "pressure-mask", self._radius), self._folder)
         self.nodes = summary["counts"]["nodes"]
         self.told = summary["element"]["expected_locking"] if summary["element"].get("places") else None
-        body = self._haptable.load(self._folder, god_object="nearest", bare=True)
-        felt = []
-        for place in places:
-            path = np.vstack([place.on + _DEPTH * place.outward, place.on - _DEPTH * place.outward])
-            touch = body.servo().replay(path)[-1]
-            if touch["state"] != 2:
-                raise LabError(f"{body.name}: the laboratory's finger lost contact: nothing was measured")
-            felt.append(place.outward @ touch["force"] / _DEPTH)
-        return np.array(felt)
+        body = binding.load().load(self._folder, god_object="nearest", bare=True)
+        return np.array([place.outward @ felt_at(body, place, _DEPTH) / _DEPTH for place in places])
 
     def cpu_s(self, poisson: float) -> float:
         """Of the factor and the blocks L_ii, one thread."""
-        cost = scenes.precompute(self._with(poisson, {}), self._folder, self._build, "--threads", "1")["cpu_s"]
+        scene = vary(self._scene, material={"poisson": poisson})
+        cost = scenes.precompute(scene, self._folder, "--threads", "1")["cpu_s"]
         return float(cost["analysis"] + cost["factor"] + cost["blocks"])
-
-    def _with(self, poisson: float, contact: dict[str, Any]) -> Scene:
-        return {**self._scene, "material": {**self._scene["material"], "poisson": poisson}, "contact": contact}
 
 
 # ---- worth and locking ---------------------------------------------------------------------------------------------
 
-def _worth(meshes: Sequence[Any], radius: float, topics: Topics, folder: Path, build: Path,
-           haptable: ModuleType) -> dict[str, Any]:
+def _worth(cube: Specimen, topics: Topics, folder: Path) -> Topic:
     places = spiral((0.015, 0.015, 0.03), 0.008, PLACES)
-    print(f"bench: the body itself: cube, nu {_NOT_KEPT}", flush=True)
-    nearly: Solid = cube_body(_NOT_KEPT, 10, 3)  # the coarser mesh stands for both
-    felt = np.linalg.inv(nearly.compliances([nearly.shares(Footprint(p.on, radius)) for p in places]))[:, 2, 2]
-    body = [felt if nu == _NOT_KEPT else np.array([t.normal for t in truth_of(topics, f"cube, nu {nu}")])
-            for nu in _RATIOS]
+    say("the body itself: cube, nu", _NOT_KEPT)  # the coarser mesh stands for both
+    body = {nu: normals(cube_body(nu, 10, 3), places, cube.radius) if nu == _NOT_KEPT else
+            np.array([t.normal for t in truth_of(topics, f"cube, nu {nu}")]) for nu in _RATIOS}
     rows, linear_s = [], {}
     for element in ELEMENTS:
-        for meshed in meshes:
+        for meshed in cube.meshes:
             if meshed.side in ((17, 25, 33) if element == "quadratic" else (5, 33)):
                 continue
-            print(f"bench: elements: {element}, {meshed.name}", flush=True)
-            masked = Masked(meshed.scene, element, radius, folder / "elements", build, haptable)
-            off = [_percent(excess(masked.at(nu, places), itself)) for nu, itself in zip(_RATIOS, body)]
+            say(f"elements: {element}, {meshed.name}")
+            masked = Masked(meshed.scene, element, cube.radius, folder / "elements")
+            off = [_excess(masked.at(nu, places), itself) for nu, itself in body.items()]
             cpu_s = masked.cpu_s(0.49)
             if element == "linear":
                 linear_s[meshed.side] = cpu_s
-            ratio = cpu_s / linear_s[meshed.side] if meshed.side in linear_s else None
             rows.append([f"{element}, {meshed.name}", f"{masked.nodes:,}", *off, seconds(cpu_s),
-                         "" if ratio is None else number(ratio, f"{ratio:.1f}")])
-    return {"columns": ["element, nodes a side", "nodes", *(f"ratio {nu}" for nu in _RATIOS), "factor and blocks, 0.49",
-                        "over linear"], "rows": rows}
+                         number(cpu_s / linear_s[meshed.side], "{:.1f}") if meshed.side in linear_s else ""])
+    ratios = " | ".join(f"ratio {nu}" for nu in _RATIOS)
+    return table(f"element, nodes a side | nodes | {ratios} | factor and blocks, 0.49 | over linear", rows)
 
 
-def _locking(all_specimens: Sequence[Any], topics: Topics, folder: Path, build: Path,
-             haptable: ModuleType) -> dict[str, Any]:
+def _locking(bodies: Sequence[Specimen], topics: Topics, folder: Path) -> Topic:
     rows = []
-    for specimen in all_specimens:
+    for specimen in bodies:
         places = [truth.place for truth in truth_of(topics, specimen.name)]
-        body = specimen.name.split(",")[0]
         for meshed in specimen.meshes:
-            if meshed.fineness > 1 or meshed.side in (5, 17):
+            if meshed.fineness == FINE or meshed.side in (5, 17):
                 continue
-            print(f"bench: locking: {body}, {meshed.name}", flush=True)
-            linear, quadratic = (Masked(meshed.scene, element, specimen.radius, folder / "locking", build, haptable)
+            name = f"{specimen.name.split(',')[0]}, {meshed.name}"
+            say("locking:", name)
+            linear, quadratic = (Masked(meshed.scene, element, specimen.radius, folder / "locking")
                                  for element in ("linear", "quadratic"))
             for nu in _LOCKING_RATIOS:
                 felt = linear.at(nu, places)
-                rows.append([f"{body}, {meshed.name}", number(specimen.radius, f"{1e3 * specimen.radius:g} mm"),
-                             f"{nu}",
-                             "" if linear.told is None else _percent(linear.told),
-                             _percent(excess(felt, quadratic.at(nu, places)))])
-    return {"columns": ["body, mesh", "finger's radius", "Poisson's ratio", "told by a run",
-                        "over quadratic, the same mesh"],
-            "rows": rows}
+                rows.append([name, number(specimen.radius, "{:g} mm", 1e3), f"{nu}",
+                             "" if linear.told is None else percent(linear.told, "{:+.1f} %"),
+                             _excess(felt, quadratic.at(nu, places))])
+    return table("body, mesh | finger's radius | Poisson's ratio | told by a run | over quadratic, the same mesh", rows)
 
 
-def elements(topics: Topics, folder: Path, build: Path) -> Topics:
-    haptable = binding.load(build)
-    bodies = [s for s in specimens(False, folder, build) if s.name != "cube, nu 0.49"]  # the other one's mesh
-    return {"locking": _locking(bodies, topics, folder, build, haptable),
-            "elements": _worth(bodies[0].meshes, bodies[0].radius, topics, folder, build, haptable)}
+def elements(topics: Topics, folder: Path) -> Topics:
+    bodies = [s for s in specimens(False, folder) if s.name != "cube, nu 0.49"]  # the other one's mesh
+    return {"locking": _locking(bodies, topics, folder), "elements": _worth(bodies[0], topics, folder)}
 
 
 # ---- other fingers, places and bodies ------------------------------------------------------------------------------
@@ -141,26 +116,17 @@ class Touch:
 
 @dataclass(frozen=True)
 class Elsewhere:
-    """A body, the meshes that are judged on it, and how it is solved without them: on a fine mesh and a coarser one."""
+    """A body, the meshes that are judged on it, and how it is solved without them."""
 
     name: str
     touches: list[Touch]
     scene: Callable[[str], Scene]  #: of an element
-    bodies: Callable[[float], Sequence[Callable[[], Solid]]]  #: of a Poisson's ratio
+    bodies: Callable[[float], Sequence[Solid]]  #: of a Poisson's ratio: on a fine mesh and a coarser one
 
 
-def _normals(body: Solid, touches: Sequence[Touch]) -> list[Array]:
-    """n . S n of every touch's fingers, N/m."""
-    stiffness = iter(np.linalg.inv(body.compliances([body.shares(Footprint(p.on, t.radius))
-                                                     for t in touches for p in t.places])))
-    return [np.array([p.outward @ next(stiffness) @ p.outward for p in t.places]) for t in touches]
-
-
-def _boxes(planes: Callable[[int], Sequence[Array]], finest: int) -> Callable[[float], Sequence[Callable[[], Solid]]]:
+def _boxes(planes: Callable[[int], Sequence[Array]], finest: int) -> Callable[[float], Sequence[Solid]]:
     """finest: cells of the fine part of the grid along x and y."""
-    def at(nu: float) -> Sequence[Callable[[], Solid]]:
-        return [lambda n=n: Bricks(planes(n), 1e4, nu) for n in (finest, finest * 3 // 4)]  # type: ignore[misc]
-    return at
+    return lambda nu: [Bricks(planes(n), 1e4, nu) for n in (finest, finest * 3 // 4)]
 
 
 def _cube() -> Elsewhere:
@@ -176,9 +142,10 @@ def _cube() -> Elsewhere:
 
 
 def _scene(name: str, mesh: Mesh, held_below: float, folder: Path) -> Scene:
-    return {"name": name, "mesh": {"file": str(write_tetgen(mesh, folder / name).resolve())},
-            "material": {"young": 1e4, "poisson": 0.3}, "tables": {"columns": "none"},
-            "fixed": [{"box": [-1.0, -1.0, -1.0, 1.0, 1.0, held_below]}]}
+    return vary(cube_scene(2, 0.3, top=False), name=name,
+                mesh={"file": str(write_tetgen(mesh, folder / name).resolve()), "generate": None,
+                      "nodes_per_side": None, "side": None},
+                fixed=[{"box": [-1.0, -1.0, -1.0, 1.0, 1.0, held_below]}])
 
 
 def _plate(folder: Path) -> Elsewhere:
@@ -201,41 +168,35 @@ def ball_mesh() -> Mesh:
     unit = cells((8, 8, 8))
     x = 2.0 * unit.x - 1.0
     length = np.linalg.norm(x, axis=1, keepdims=True)
-    return Mesh(np.where(length > 0.0,
-                         0.015 * np.abs(x).max(1, keepdims=True) * x / np.where(length > 0.0, length, 1.0), x),
-                unit.tets)
+    return Mesh(0.015 * np.abs(x).max(1, keepdims=True) * x / np.where(length > 0.0, length, 1.0), unit.tets)
 
 
-def _on_mesh(name: str, scene: Scene, radii: Sequence[float], folder: Path, build: Path) -> Elsewhere:
+def _on_mesh(name: str, scene: Scene, radii: Sequence[float], folder: Path) -> Elsewhere:
     """The body itself with one pressure a tetrahedron, on the mesh in eight and on the mesh."""
     where = folder / f"{scene['name']}-mesh"
-    mesh = mesh_of(scene, where, build)
+    mesh = mesh_of(scene, where)
     places = mesh_places(reference(scene, mesh), np.load(where / "surface.npy").astype(np.int64), max(radii))
 
-    def bodies(nu: float) -> Sequence[Callable[[], Solid]]:
-        ratio = {**scene, "material": {**scene["material"], "poisson": nu}}
-        return [lambda m=m: reference(ratio, m(), averaged=True)
-                for m in (mesh.in_eight, lambda: mesh)]  # type: ignore[misc]
+    def bodies(nu: float) -> Sequence[Solid]:
+        return [reference(vary(scene, material={"poisson": nu}), of, averaged=True) for of in (mesh.in_eight(), mesh)]
     return Elsewhere(f"{name}, {len(mesh.x):,} nodes", [Touch(f"{len(places)} places", r, places) for r in radii],
                      lambda _: scene, bodies)
 
 
-def elsewhere(folder: Path, build: Path) -> Topics:
-    haptable = binding.load(build)
-    mouse = scenes.read(Path("meshes/mouse.toml"))
+def elsewhere(folder: Path) -> Topics:
     rows = []
     for body in (_cube(), _plate(folder),
-                 _on_mesh("ball of 30 mm", _scene("ball", ball_mesh(), -0.009, folder), (0.005, 0.007), folder, build),
-                 _on_mesh("mouse", {**mouse, "tables": {"columns": "none"}}, (0.007, 0.010), folder, build)):
+                 _on_mesh("ball of 30 mm", _scene("ball", ball_mesh(), -0.009, folder), (0.005, 0.007), folder),
+                 _on_mesh("mouse", scenes.read("mouse"), (0.007, 0.010), folder)):
         for nu in _RATIOS:
-            print(f"bench: {body.name}, Poisson's ratio {nu}", flush=True)
-            fine, coarse = (_normals(solid(), body.touches) for solid in body.bodies(nu))
-            for touch, itself, coarser in zip(body.touches, fine, coarse):
-                felt = [Masked(body.scene(element), element, touch.radius, folder / "elsewhere", build, haptable)
-                        .at(nu, touch.places) for element in ELEMENTS]
-                mean = float(itself.mean())
+            say(f"{body.name}, Poisson's ratio {nu}")
+            fine, coarse = body.bodies(nu)
+            for touch in body.touches:
+                itself, coarser = (normals(solid, touch.places, touch.radius) for solid in (fine, coarse))
+                felt = [Masked(body.scene(element), element, touch.radius, folder / "elsewhere").at(nu, touch.places)
+                        for element in ELEMENTS]
                 rows.append([body.name, f"{1e3 * touch.radius:g} mm", touch.place, f"{nu}",
-                             number(mean, f"{mean:.4g} N/m"),
-                             *(_percent(excess(one, itself)) for one in (coarser, *felt))])
-    return {"elsewhere": {"columns": ["body", "finger's radius", "where", "Poisson's ratio", "the body itself",
-                                      "on a coarser mesh", *ELEMENTS], "rows": rows}}
+                             number(float(itself.mean()), "{:.4g} N/m"),
+                             *(_excess(one, itself) for one in (coarser, *felt))])
+    return {"elsewhere": table("body | finger's radius | where | Poisson's ratio | the body itself | on a coarser mesh"
+                               f" | {' | '.join(ELEMENTS)}", rows)}

@@ -55,6 +55,11 @@ class Figure:
         self.figure, axes = plt.subplots(rows, columns, figsize=(width, height), **more)
         return axes
 
+    def legend(self, handles: Any, columns: int, below: float = 0.95) -> None:
+        """Above all axes, which end at this share of the height."""
+        self.figure.legend(handles=handles, loc="upper center", ncol=columns)
+        self.figure.get_layout_engine().set(rect=(0, 0, 1, below))
+
     def save(self, folder: Path) -> None:
         try:
             self.figure.canvas.draw()
@@ -72,51 +77,44 @@ class Figure:
 
     def _require_units(self) -> None:
         """Every scale that is drawn is named, and a quantity has its unit behind a comma."""
-        for axes in self.figure.axes:
-            if not axes.axison:
-                continue
-            for axis in (axes.xaxis, axes.yaxis):
-                numbers = any(re.fullmatch(r"\S*\d\S*", t.get_text()) for t in axis.get_ticklabels() if t.get_visible())
-                shared = axis.axes.get_shared_x_axes() if axis is axes.xaxis else axes.get_shared_y_axes()
-                names = {(a.get_xlabel() if axis is axes.xaxis else a.get_ylabel())
-                         for a in [axes, *shared.get_siblings(axes)]} | {
-                    t.get_text() for t in (getattr(self.figure, "_supxlabel" if axis is axes.xaxis else "_supylabel"),)
-                    if t is not None}
-                self.must(not numbers or any(", " in name for name in names), "the unit of every axis")
+        for axes in (axes for axes in self.figure.axes if axes.axison):
+            for x in "xy":
+                labels = (t.get_text() for t in getattr(axes, f"get_{x}ticklabels")() if t.get_visible())
+                sharing = getattr(axes, f"get_shared_{x}_axes")().get_siblings(axes)
+                whole = getattr(self.figure, f"_sup{x}label")
+                names = [getattr(one, f"get_{x}label")() for one in [axes, *sharing]]
+                names += [whole.get_text()] if whole else []
+                self.must(not any(re.fullmatch(r"\S*\d\S*", label) for label in labels)
+                          or any(", " in name for name in names), "the unit of every axis")
 
     def _marked(self) -> Iterator[tuple[float, float, float]]:
-        """Places and diameters of all symbols, points."""
-        scale = 72.0 / self.figure.dpi
+        """Places and diameters of all symbols, pixels."""
         for axes in self.figure.axes:
             for line in axes.get_lines():
-                if line.get_marker() in (None, "None", "", " "):
-                    continue
-                for x, y in line.get_transform().transform(line.get_xydata()):
-                    if all(map(math.isfinite, (x, y))) and axes.bbox.contains(x, y):
-                        yield x * scale, y * scale, line.get_markersize()
+                if line.get_marker() not in (None, "None", "", " "):
+                    for x, y in line.get_transform().transform(line.get_xydata()):
+                        if math.isfinite(x) and math.isfinite(y) and axes.bbox.contains(x, y):
+                            yield x, y, line.get_markersize() * self.figure.dpi / 72.0
+
+    def _texts(self) -> list[Any]:
+        """All but names of scales and axes."""
+        legends = [*self.figure.legends, *filter(None, (axes.get_legend() for axes in self.figure.axes))]
+        texts = [text for axes in self.figure.axes for text in [axes.title, *axes.texts]]
+        texts += [text for legend in legends for text in legend.get_texts()] + self.figure.texts
+        return [text for text in texts if text.get_visible() and text.get_text()]
 
     def _require_clear(self) -> None:
         """No symbol lies on another or on a text, no text on another or on a line, and all text is in the picture."""
-        for (x, y, size), (x2, y2, size2) in itertools.combinations(self._marked(), 2):
+        whole, symbols = self.figure.bbox, list(self._marked())
+        for (x, y, size), (x2, y2, size2) in itertools.combinations(symbols, 2):
             self.must(math.hypot(x - x2, y - y2) >= 0.4 * (size + size2), "no symbols on top of each other")
-        renderer = self.figure.canvas.get_renderer()
-        texts = [t for axes in self.figure.axes for t in [axes.title, *axes.texts]]
-        texts += [t for owner in [self.figure, *self.figure.axes]
-                  for legend in ([owner.get_legend()] if hasattr(owner, "get_legend") else owner.legends)
-                  if legend is not None for t in legend.get_texts()]
-        texts += self.figure.texts
-        boxes = [(t.get_text(), t.get_window_extent(renderer)) for t in texts if t.get_visible() and t.get_text()]
-        scale = self.figure.dpi / 72.0
-        named = [(t.get_text(), t.get_window_extent(renderer)) for axes in self.figure.axes for t in axes.texts
-                 if t.get_text()]
-        for x, y, size in self._marked():
-            for text, box in named:
-                self.must(_beside(box, x * scale, y * scale, 0.25 * size * scale), f"'{text}' beside every symbol")
-        for axes in filter(lambda a: a.axison, self.figure.axes):
-            for text in axes.texts:
-                box = text.get_window_extent(renderer)
-                self.must(not _crossed(axes, box), f"'{text.get_text()}' beside every line")
-        whole = self.figure.bbox
+        for axes in self.figure.axes:
+            for text in filter(lambda text: text.get_text(), axes.texts):
+                box = text.get_window_extent()
+                self.must(all(_beside(box, x, y, 0.25 * size) for x, y, size in symbols),
+                          f"'{text.get_text()}' beside every symbol")
+                self.must(not axes.axison or not _crossed(axes, box), f"'{text.get_text()}' beside every line")
+        boxes = [(text.get_text(), text.get_window_extent()) for text in self._texts()]
         for text, box in boxes:
             self.must(box.x0 >= whole.x0 - 1 and box.x1 <= whole.x1 + 1 and box.y0 >= whole.y0 - 1
                       and box.y1 <= whole.y1 + 1, f"all of '{text}'")

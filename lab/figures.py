@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from lab import LabError, contact, drawings, output_of, own, plots
+from lab import LabError, build, contact, drawings, output_of, own, plots
 from lab.browser import touch_picture
 from lab.figure import Figure
 from lab.numbers import read_numbers
@@ -52,15 +52,11 @@ def presses(felt: pd.DataFrame, about: str, newtons: float, tick: int) -> None:
 
 
 class Studio:
-    """Where figures are made: `build` has programs and scenes, `pictures` takes what is whole."""
+    """Where figures are made: build/figures, from which `pictures` takes what is whole."""
 
-    def __init__(self, build: Path, pictures: Path) -> None:
-        self.build, self.pictures, self.work = build, pictures, build / "figures"
+    def __init__(self, pictures: Path) -> None:
+        self.pictures, self.work = pictures, build() / "figures"
         own(self.work, "figures")
-
-    def run(self, *command: object, **more: str) -> str:
-        """Standard output. Raises LabError where the command fails."""
-        return output_of(*command, BUILD=str(self.build), **more)
 
     def put(self, name: str) -> None:
         """The picture in work/, now that it is whole."""
@@ -84,17 +80,23 @@ class Studio:
     def felt(self, name: str, scene: str, *fingers: np.ndarray) -> pd.DataFrame:
         """What a servo gives on that path; kept as NAME.csv."""
         path, csv = self.path(name, *fingers), self.work / f"{name}.csv"
-        self.run(self.build / scene / "servo", "--quiet", "--replay", path, "--out", csv)
+        output_of(build() / scene / "servo", "--quiet", "--replay", path, "--out", csv)
         return pd.read_csv(csv)
+
+    def session(self, name: str, scene: str, path: object, *options: object) -> tuple[Path, pd.DataFrame]:
+        """The folder of a session of the scene on that path, and what its servo gave."""
+        out = self.work / name
+        output_of(build() / "bin/haptable-run", f"meshes/{scene}.toml", "--path", path, "--out", out, "--lockstep",
+                  "--draw", "nothing", "--quiet", *options)
+        return out, pd.read_csv(out / "servo.csv")
 
     def view(self, name: str, scene: str, *options: object) -> None:
         """haptable-view draws the picture or film NAME of the scene's tables."""
-        self.run(self.build / "bin/haptable-view", self.build / scene, "--quiet", *options, "-o", self.work / name)
+        output_of(build() / "bin/haptable-view", build() / scene, "--quiet", *options, "-o", self.work / name)
         self.put(name)
 
-    def film(self, name: str, *options: object) -> None:
-        self.view(f"{name}.gif", name if name != "mouse" else "mouse-mask", "--csv", self.work / f"{name}.csv",
-                  *options)
+
+Recipe = Callable[[Studio], None]
 
 
 def counts(tables: Path, key: str, least: float) -> None:
@@ -103,7 +105,6 @@ def counts(tables: Path, key: str, least: float) -> None:
         if isinstance(node, dict):
             return node[key] if key in node else next((v for v in map(find, node.values()) if v is not None), None)
         return None
-
     number = find(json.loads((tables / "summary.json").read_text(encoding="utf-8")))
     if not isinstance(number, (int, float)) or number < least:
         raise LabError(f"{tables}/summary.json: {key} is to be {least:g} or more, and is {number}")
@@ -117,16 +118,12 @@ def figure_contact(s: Studio) -> None:
     s.draw(drawings.contact(s.felt("tick", "cube", np.array([0.013, 0.0165, 0.031]) + t * [-0.0012, 0.0007, -0.007])))
 
 
-def _relaxation_path(s: Studio) -> np.ndarray:
+def _relaxation_path() -> np.ndarray:
     """Down 10 mm into the liver for 8 s, out for 1 s, and again."""
-    poked = json.loads(s.run(s.build / "liver-capsule/servo", "--poke", "top", "--json"))
+    poked = json.loads(output_of(build() / "liver-capsule/servo", "--poke", "top", "--json"))
     top = np.array([float(v) for v in poked["at_m"].split()])
     down = smooth([(0, 5), (400, -10), (8400, -10), (8600, 5), (9600, 5), (10000, -10), (14000, -10), (14300, 5)])
     return top + down * [0, 0, 1]
-
-
-def figure_relaxation(s: Studio) -> None:
-    s.draw(plots.relaxation(s.felt("relaxation", "liver-capsule", _relaxation_path(s))))
 
 
 def figure_fingers(s: Studio) -> None:
@@ -134,6 +131,7 @@ def figure_fingers(s: Studio) -> None:
     tick = np.arange(1600)
     first = np.interp(tick, [500, 900, 1000, 1400], [0, 1, 1, 0])
     second = np.interp(tick, [0, 300], [0, 1])
+
     def above(x: float, depth: np.ndarray) -> np.ndarray:
         return np.column_stack([np.full(1600, x), np.full(1600, 0.0152), 0.0302 - depth])
     s.draw(plots.fingers(s.felt("fingers", "cube-two", above(0.0113, 0.0042 * first), above(0.0188, 0.0012 * second))))
@@ -141,22 +139,19 @@ def figure_fingers(s: Studio) -> None:
 
 def figure_relaxation_sliding(s: Studio) -> None:
     """The table of docs/MATERIALS.md, which a test measures."""
-    lines = Path("docs/MATERIALS.md").read_text(encoding="utf-8").splitlines()
-    begin = next((k for k, line in enumerate(lines) if line.startswith("|") and "speed x time / radius" in line), None)
-    if begin is None:
+    text = Path("docs/MATERIALS.md").read_text(encoding="utf-8")
+    _, found, after = text.partition("speed x time / radius")
+    if not found:
         raise LabError("docs/MATERIALS.md: has no table of 'speed x time / radius': relaxation-sliding is drawn of it")
-    rows = []
-    for line in lines[begin + 2:]:
-        if not line.startswith("|"):
-            break
-        rows.append([float(cell) for cell in line.strip("|").split("|")[:3]])
-    s.draw(plots.relaxation_sliding(np.array(rows)))
+    lines = after.split("\n\n")[0].splitlines()[2:]
+    s.draw(plots.relaxation_sliding(np.array([[float(cell) for cell in line.strip("|").split("|")[:3]]
+                                              for line in lines])))
 
 
 def figure_measured(s: Studio) -> None:
     """What was measured."""
-    contact.make(s.build, None)
-    plots.measured(read_numbers(Path("docs/numbers.json")), s.build / "contact", s.work)
+    contact.curves()
+    plots.measured(read_numbers(), build() / "contact", s.work)
     for name in plots.MEASURED:
         s.put(f"{name}.svg")
 
@@ -165,10 +160,8 @@ def figure_measured(s: Studio) -> None:
 
 def figure_liver_dent(s: Studio) -> None:
     """The dent that is there 0.1 s after the finger has left, in a session on the same path."""
-    path, out = s.path("relaxation", _relaxation_path(s)), s.work / "relaxation"
-    s.run(s.build / "bin/haptable-run", "meshes/liver-capsule.toml", "--path", path, "--lockstep", "--seconds", 9,
-          "--draw", "nothing", "--quiet", "--out", out)
-    felt = pd.read_csv(out / "servo.csv")
+    path = s.path("relaxation", _relaxation_path())
+    out, felt = s.session("relaxation", "liver-capsule", path, "--seconds", 9)
     presses(felt, str(out), 0.2, 8000)
     shows(felt[felt["tick"] == 8650], f"{out}: at tick 8650", "contact", 0, 0)
     s.view("liver-dent.png", "liver-capsule", "--log", out / "session.lcmlog", "--ticks", 8650, "--size", "640x480")
@@ -176,20 +169,15 @@ def figure_liver_dent(s: Studio) -> None:
 
 def figure_liver(s: Studio) -> None:
     """The liver poked and dragged over, as docs/FIRST.md has it."""
-    out = s.work / "liver"
-    s.run(s.build / "bin/haptable-run", "meshes/liver-capsule.toml", "--path", "poke,drag", "--lockstep", "--seconds",
-          6, "--draw", "nothing", "--quiet", "--out", out)
-    shows(pd.read_csv(out / "servo.csv"), str(out), "|force|", 0, 0.2)
+    out, felt = s.session("liver", "liver-capsule", "poke,drag", "--seconds", 6)
+    shows(felt, str(out), "|force|", 0, 0.2)
     s.view("liver.gif", "liver-capsule", "--log", out / "session.lcmlog", "--every", 150, "--size", "400x300",
            "--elevation", 25)
 
 
 def figure_liver_spatula(s: Studio) -> None:
     """A spatula pressed on the liver and turned, as docs/TOOL.md has it."""
-    out = s.work / "liver-spatula"
-    s.run(s.build / "bin/haptable-run", "meshes/liver-spatula.toml", "--path", "roll,tilt", "--lockstep", "--draw",
-          "nothing", "--quiet", "--out", out)
-    felt = pd.read_csv(out / "servo.csv")
+    out, felt = s.session("liver-spatula", "liver-spatula", "roll,tilt")
     shows(felt, str(out), "|force|", 0, 0.2)
     shows(felt, str(out), "torque_y", -1e-3, 1e-3)
     s.view("liver-spatula.gif", "liver-spatula", "--log", out / "session.lcmlog", "--every", 150, "--size", "400x300",
@@ -198,8 +186,8 @@ def figure_liver_spatula(s: Studio) -> None:
 
 def figure_demo(s: Studio) -> None:
     """Figures 1 and 2 of the paper."""
-    s.run("sh", "scripts/demo.sh", "--figures")
-    demo = s.build / "demo"
+    output_of("sh", "scripts/demo.sh", "--figures")
+    demo = build() / "demo"
     for felt in ("cube-uz", "cube-ux", "mouse-uz"):
         presses(pd.read_csv(demo / f"{felt}.csv"), felt, 0.01, 150)
     for picture in ("cube-mesh", "cube-uz", "cube-ux", "mouse-uz"):
@@ -209,41 +197,42 @@ def figure_demo(s: Studio) -> None:
 
 def figure_cube_ghost(s: Studio) -> None:
     """The rest shape as a ghost."""
-    csv = s.build / "demo/cube-uz.csv"
+    csv = build() / "demo/cube-uz.csv"
     presses(pd.read_csv(csv), str(csv), 0.1, 150)
     s.view("cube-ghost.png", "cube", "--csv", csv, "--ticks", 150, "--ghost", "--size", "640x480")
 
 
 def figure_mouse_mesh(s: Studio) -> None:
     """A mesh as it is judged."""
-    counts(s.build / "mouse", "fixed_nodes", 1)
+    counts(build() / "mouse", "fixed_nodes", 1)
     s.view("mouse-mesh.png", "mouse", "--mesh", "--elevation", -30, "--size", "640x480")
 
 
-def _sag(name: str, scene: str, *options: object) -> Callable[[Studio], None]:
+def _sag(name: str, scene: str, options: str) -> Recipe:
     """The scene under its own weight (docs/MATERIALS.md has a picture a law)."""
     def make(s: Studio) -> None:
         tables = s.work / name
-        s.run(s.build / "bin/haptable-precompute", scene, "-o", tables, "--quiet")
+        output_of(build() / "bin/haptable-precompute", f"meshes/{scene}.toml", "-o", tables, "--quiet")
         counts(tables, "largest_sag_m", 1e-4)
-        s.view(f"{name}.png", f"figures/{name}", "--sag", "--ghost", "--size", "480x360", *options)
+        s.view(f"{name}.png", f"figures/{name}", "--sag", "--ghost", "--size", "480x360", *options.split())
     return make
 
 
-def _press(name: str, scene: str, x: float, y: float, *options: object) -> Callable[[Studio], None]:
+def _press(name: str, scene: str, x: float, y: float, options: str) -> Recipe:
     """Pressed 2 mm deep into the top at z = 30 mm."""
     def make(s: Studio) -> None:
         down = np.array([[x, y, 0.03 + 5e-4 - 2.5e-5 * i] for i in range(101)])
         presses(s.felt(name, scene, down), name, 0.05, 100)
-        s.view(f"{name}.png", scene, "--csv", s.work / f"{name}.csv", "--ticks", 100, "--size", "480x360", *options)
+        s.view(f"{name}.png", scene, "--csv", s.work / f"{name}.csv", "--ticks", 100, "--size", "480x360",
+               *options.split())
     return make
 
 
-def _page(name: str, scene: str) -> Callable[[Studio], None]:
+def _page(name: str, scene: str) -> Recipe:
     """The page in a browser, pressed and dragged by a pointer."""
     def make(s: Studio) -> None:
         page = s.work / f"{name}.html"
-        s.run(s.build / "bin/haptable-view", s.build / scene, "--page", page, "--quiet")
+        output_of(build() / "bin/haptable-view", build() / scene, "--page", page, "--quiet")
         touch_picture(page, s.work / f"{name}.png")
         s.put(f"{name}.png")
     return make
@@ -251,72 +240,35 @@ def _page(name: str, scene: str) -> Callable[[Studio], None]:
 
 # ---- films ---------------------------------------------------------------------------------------------------------
 
-def figure_mouse(s: Studio) -> None:
-    """A finger tip of 12 mm over the mouse: down, aside, across, back, up."""
-    felt = s.felt("mouse", "mouse-mask", smooth([
-        (0, -15, 0, 44), (400, -15, 0, 31), (700, -15, 0, 30), (1700, 16, 13, 25), (2300, 16, -13, 25),
-        (3100, -15, 0, 30),
-        (3300, -15, 0, 30), (3700, -15, 0, 44)]))
-    shows(felt, "mouse", "|force|", 0, 0.05)
-    s.film("mouse", "--every", 80, "--size", "560x420", "--elevation", 32, "--samples", 4)
+def _film(name: str, scene: str, fingers: list[Places], options: str, *wanted: tuple[str, float, float],
+          rings_after: int = 0) -> Recipe:
+    """Of fingers on paths. wanted: of `shows`; rings_after: ms after which the first mode goes to both sides."""
+    def make(s: Studio) -> None:
+        felt = s.felt(name, scene, *map(smooth, fingers))
+        for column, low, high in wanted:
+            shows(felt, name, column, low, high)
+        if rings_after:
+            shows(felt[felt["tick"] > rings_after], name, "mode_1", -1e-9, 1e-9)
+        s.view(f"{name}.gif", scene, "--csv", s.work / f"{name}.csv", *options.split())
+    return make
 
 
-def figure_free_cube(s: Studio) -> None:
-    """Down onto the top of a cube that nothing holds, and along it: friction tips it over its edge."""
-    felt = s.felt("free-cube", "free-cube", smooth([
-        (0, 15, 15, 45), (500, 15, 15, 26.5), (700, 15, 15, 26.5), (1900, 40, 15, 26.5), (2400, 40, 15, 60),
-        (3000, 40, 15, 60)]))
-    shows(felt, "free-cube", "|force|", 0, 0.1)
-    shows(felt, "free-cube", "turn_w", 0.93, 1)  # by 43 degrees or more
-    s.film("free-cube", "--every", 50, "--size", "480x360", "--zoom", 0.5, "--azimuth", -60, "--elevation", 18)
+def _at(y: float, z: float, *ms_and_x: tuple[float, float]) -> Places:
+    return [(ms, x, y, z) for ms, x in ms_and_x]
 
 
-def figure_grasp_cube(s: Studio) -> None:
-    """Two fingers on its sides: in, up, away."""
-    first = smooth([(0, -8, 15, 20), (600, 2.5, 15, 20), (900, 2.5, 15, 20), (2100, 2.5, 15, 55), (3000, 2.5, 15, 55),
-                    (3600, -10, 15, 55), (4300, -10, 15, 55)])
-    mirrored = np.array([0.03, 0, 0]) + first * [-1, 1, 1]
-    felt = s.felt("grasp-cube", "grasp-cube", first, mirrored)
-    shows(felt, "grasp-cube", "body_z", 0.016, 0.04)  # lifted by 24 mm, and dropped
-    shows(felt, "grasp-cube", "contact2", 0, 1)
-    s.film("grasp-cube", "--every", 50, "--size", "480x360", "--zoom", 0.45, "--azimuth", -60, "--elevation", 14)
+_GRASP = [(0, -8, 15, 20), (600, 2.5, 15, 20), (900, 2.5, 15, 20), (2100, 2.5, 15, 55), (3000, 2.5, 15, 55),
+          (3600, -10, 15, 55), (4300, -10, 15, 55)]
+_RINGING = "--every 12 --fps 20 --size 400x320 --zoom 0.75 --azimuth -75 --elevation 12"
+_TIMES = (0, 150, 200, 450, 550, 600, 1150)
 
 
-def _rings(felt: pd.DataFrame, about: str, after: int) -> None:
-    """To both sides after `after` ms."""
-    shows(felt[felt["tick"] > after], about, "mode_1", -1e-9, 1e-9)
-
-
-def figure_jelly(s: Studio) -> None:
-    """A knock on a jelly's side, four times as slow: it rings."""
-    felt = s.felt("jelly", "jelly", smooth([(0, -15, 15, 26), (120, -2, 15, 26), (200, 6, 15, 26), (260, 6, 15, 26),
-                                            (290, -15, 15, 26), (900, -15, 15, 26)]))
-    shows(felt, "jelly", "|force|", 0, 0.03)
-    _rings(felt, "jelly", 320)
-    s.film("jelly", "--every", 12, "--fps", 20, "--size", "400x320", "--zoom", 0.75, "--azimuth", -75, "--elevation",
-           12)
-
-
-def figure_jelly_two(s: Studio) -> None:
-    """Two fingers take hold of it, pull it aside and let go, four times as slow."""
-    times = (0, 150, 200, 450, 550, 600, 1150)
-    def along(*x: float) -> np.ndarray:
-        return smooth([(t, at, 15, 24) for t, at in zip(times, x)])
-    felt = s.felt("jelly-two", "jelly-two", along(-8, 3.5, 3.5, 11.5, 11.5, -16, -16),
-                  along(38, 26.5, 26.5, 34.5, 34.5, 52, 52))
-    shows(felt, "jelly-two", "|force|", 0, 0.1)
-    shows(felt, "jelly-two", "contact2", 0, 1)
-    _rings(felt, "jelly-two", 620)
-    s.film("jelly-two", "--every", 12, "--fps", 20, "--size", "400x320", "--zoom", 0.75, "--azimuth", -75,
-           "--elevation", 12)
-
-
-FIGURES: dict[str, Callable[[Studio], None]] = {
+FIGURES: dict[str, Recipe] = {
     "signal-path": lambda s: s.draw(drawings.signal_path()),
     "states": lambda s: s.draw(drawings.states()),
     "device-frames": lambda s: s.draw(drawings.device_frames()),
     "contact": figure_contact,
-    "relaxation": figure_relaxation,
+    "relaxation": lambda s: s.draw(plots.relaxation(s.felt("relaxation", "liver-capsule", _relaxation_path()))),
     "fingers": figure_fingers,
     "relaxation-sliding": figure_relaxation_sliding,
     "measured": figure_measured,
@@ -326,30 +278,47 @@ FIGURES: dict[str, Callable[[Studio], None]] = {
     "demo": figure_demo,
     "cube-ghost": figure_cube_ghost,
     "mouse-mesh": figure_mouse_mesh,
-    "law-bar": _sag("law-bar", "meshes/laws/bar.toml", "--azimuth", -90, "--elevation", 5, "--zoom", 0.85,
-                    "--exaggerate", 10),
-    "law-ball": _sag("law-ball", "meshes/laws/ball.toml", "--zoom", 0.75, "--exaggerate", 3, "--range", 4),
-    "law-balloon": _sag("law-balloon", "meshes/laws/balloon.toml", "--zoom", 0.75, "--exaggerate", 3, "--range", 4),
-    "liver-sag": _sag("liver-sag", "meshes/liver-capsule.toml", "--azimuth", -90, "--elevation", 10, "--exaggerate", 4),
-    "law-fibres": _press("law-fibres", "fibres", 0.015, 0.015, "--elevation", 75, "--azimuth", -90, "--zoom", 0.9,
-                         "--exaggerate", 2),
-    "law-bed": _press("law-bed", "bed", 0.0262, 0.015, "--azimuth", -90, "--elevation", 8, "--zoom", 0.85,
-                      "--exaggerate", 3, "--ghost"),
+    "law-bar": _sag("law-bar", "laws/bar", "--azimuth -90 --elevation 5 --zoom 0.85 --exaggerate 10"),
+    "law-ball": _sag("law-ball", "laws/ball", "--zoom 0.75 --exaggerate 3 --range 4"),
+    "law-balloon": _sag("law-balloon", "laws/balloon", "--zoom 0.75 --exaggerate 3 --range 4"),
+    "liver-sag": _sag("liver-sag", "liver-capsule", "--azimuth -90 --elevation 10 --exaggerate 4"),
+    "law-fibres": _press("law-fibres", "fibres", 0.015, 0.015,
+                         "--elevation 75 --azimuth -90 --zoom 0.9 --exaggerate 2"),
+    "law-bed": _press("law-bed", "bed", 0.0262, 0.015,
+                      "--azimuth -90 --elevation 8 --zoom 0.85 --exaggerate 3 --ghost"),
     "touch": _page("touch", "mouse"),
     "touch-two": _page("touch-two", "cube-two"),
-    "mouse": figure_mouse,
-    "free-cube": figure_free_cube,
-    "grasp-cube": figure_grasp_cube,
-    "jelly": figure_jelly,
-    "jelly-two": figure_jelly_two,
+    # A finger tip of 12 mm over the mouse: down, aside, across, back, up.
+    "mouse": _film("mouse", "mouse-mask", [
+        [(0, -15, 0, 44), (400, -15, 0, 31), (700, -15, 0, 30), (1700, 16, 13, 25), (2300, 16, -13, 25),
+         (3100, -15, 0, 30), (3300, -15, 0, 30), (3700, -15, 0, 44)]],
+        "--every 80 --size 560x420 --elevation 32 --samples 4", ("|force|", 0, 0.05)),
+    # Down onto the top of a cube that nothing holds, and along it: friction tips it over its edge, by 43 degrees.
+    "free-cube": _film("free-cube", "free-cube", [
+        [(0, 15, 15, 45), (500, 15, 15, 26.5), (700, 15, 15, 26.5), (1900, 40, 15, 26.5), (2400, 40, 15, 60),
+         (3000, 40, 15, 60)]],
+        "--every 50 --size 480x360 --zoom 0.5 --azimuth -60 --elevation 18", ("|force|", 0, 0.1), ("turn_w", 0.93, 1)),
+    # Two fingers on its sides: in, up by 24 mm, away.
+    "grasp-cube": _film("grasp-cube", "grasp-cube", [_GRASP, [(ms, 30 - x, y, z) for ms, x, y, z in _GRASP]],
+                        "--every 50 --size 480x360 --zoom 0.45 --azimuth -60 --elevation 14",
+                        ("body_z", 0.016, 0.04), ("contact2", 0, 1)),
+    # A knock on a jelly's side, four times as slow: it rings.
+    "jelly": _film("jelly", "jelly", [
+        _at(15, 26, (0, -15), (120, -2), (200, 6), (260, 6), (290, -15), (900, -15))], _RINGING, ("|force|", 0, 0.03),
+        rings_after=320),
+    # Two fingers take hold of it, pull it aside and let go, four times as slow.
+    "jelly-two": _film("jelly-two", "jelly-two", [
+        _at(15, 24, *zip(_TIMES, (-8, 3.5, 3.5, 11.5, 11.5, -16, -16))),
+        _at(15, 24, *zip(_TIMES, (38, 26.5, 26.5, 34.5, 34.5, 52, 52)))], _RINGING,
+        ("|force|", 0, 0.1), ("contact2", 0, 1), rings_after=620),
 }
 
 
-def make(names: list[str], build: Path, pictures: Path = Path("docs/pictures")) -> None:
+def make(names: list[str], pictures: Path = Path("docs/pictures")) -> None:
     """Remakes pictures of README and docs: these, or all."""
     for name in names:
         if name not in FIGURES:
             raise LabError(f"figures: no figure {name}: give any of {' '.join(FIGURES)}")
-    studio = Studio(build, pictures)
+    studio = Studio(pictures)
     for name in names or FIGURES:
         FIGURES[name](studio)

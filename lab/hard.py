@@ -7,15 +7,16 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
+from scipy.spatial import ConvexHull
+from scipy.spatial.transform import Rotation
 
-from lab import LabError, binding, scenes
-from lab.numbers import error_of, number, write_topics
+from lab import LabError, binding, build, say, scenes
+from lab.numbers import error_of, table, write_topics
 from lab.reference import Array, Indices, Mesh, positive
-from lab.scenes import Scene
+from lab.scenes import Scene, vary
 from lab.specimens import cells, cube_scene, grid, read_array, read_elements, write_tetgen
 
 FORCES = ("interpolated", "consistent")
@@ -23,7 +24,6 @@ MOST_ERROR = 1e-3  #: of the servo's force: beyond it precompute warns
 MOST_FORCE = 1e14  #: N: none is cut, it is the body's that is judged
 PATCHES = 100  #: that a finger goes into, at the most
 _SIDE = 0.03  # m, of the paper's cube
-_WAYS = ((0, 1, 2), (1, 2, 0), (2, 0, 1), (0, 2, 1), (2, 1, 0), (1, 0, 2))  # from a cell's low corner to its high one
 
 
 # ---- cases ---------------------------------------------------------------------------------------------------------
@@ -35,71 +35,30 @@ class HardCase:
     refusal: str = ""  #: what the error must say; empty: it is computed
 
 
-def _cube(young: float, poisson: float, side: float = _SIDE, **more: Any) -> Scene:
-    scene = cube_scene(5, poisson, top=False)
-    mesh = {**scene["mesh"], "side": side, **({"element": more["element"]} if "element" in more else {})}
-    return {**scene, "name": "hard-cube", "mesh": mesh, "material": {"young": young, "poisson": poisson},
-            "fixed": [{"box": [-1e4, -1e4, -1e4, 1e4, 1e4, 1e-9 * side]}],
-            **({"region": [more["region"]]} if "region" in more else {})}
-
-
-def _two_materials(below: float, above: float) -> Scene:
-    return _cube(below, 0.3, region={"box": [-1.0, -1.0, 0.5 * _SIDE, 1.0, 1.0, 1.0], "young": above, "poisson": 0.3})
-
-
-def _askew() -> Array:
-    """A rotation about no axis of the coordinates: entries of blocks in float then are of the stiffest direction's
-    size."""
-    x, y, z = axis = np.array([0.36, 0.48, 0.8])
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.cos(0.7) * np.eye(3) + np.sin(0.7) * cross + (1.0 - np.cos(0.7)) * np.outer(axis, axis)
-
-
 def slivers(n: int, radius_ratio: float) -> Mesh:
     """The cube in two layers of n by n cells whose diagonals do not meet: on each face between them lies a sliver, four
     nodes near the corners of a square, of this radius ratio (three inradii over the circumradius)."""
     edge = _SIDE / n
     sag = radius_ratio * edge / np.sqrt(1.125)  # inradius sag / 4, circumradius edge / sqrt 2
-    points = np.array([[edge * i, edge * j, 0.5 * _SIDE * k - (sag * i * j if k == 1 else 0.0)]
-                       for k in range(3) for j in range(n + 1) for i in range(n + 1)])
-
-    def node(i: int, j: int, k: int) -> int:
-        return (k * (n + 1) + j) * (n + 1) + i
-    tets = []
-    for k, i, j in itertools.product(range(2), range(n), range(n)):
-        for way in _WAYS:
-            at, tet = [0, 0, 0], []
-            for axis in (None, *way):
-                if axis is not None:
-                    at[axis] += 1
-                tet.append(node(i + at[0] if k == 0 else i + 1 - at[0], j + at[1], k + at[2]))  # mirrored above
-            tets.append(tet)
-    tets += [[node(i, j, 1), node(i + 1, j + 1, 1), node(i + 1, j, 1), node(i, j + 1, 1)]
-             for i in range(n) for j in range(n)]
-    return Mesh(points, positive(points, np.array(tets)))
+    k, j, i = np.indices((3, n + 1, n + 1)).reshape(3, -1)
+    points = np.stack([edge * i, edge * j, 0.5 * _SIDE * k - sag * i * j * (k == 1)], 1)
+    number_of = np.arange(len(points)).reshape(3, n + 1, n + 1)
+    below = cells((n, n, 1)).tets
+    above = number_of[1:, :, ::-1].ravel()[below]  # mirrored
+    flat = [number_of[1, j:j + n, i:i + n].ravel() for i, j in ((0, 0), (1, 1), (1, 0), (0, 1))]
+    return Mesh(points, positive(points, np.vstack([below, above, np.stack(flat, 1)])))
 
 
 def hub() -> Mesh:
     """A ball of 20 mm whose middle is one node that all 80 tetrahedra share: an icosahedron's faces, in four each."""
     golden = 0.5 * (1.0 + np.sqrt(5.0))
     corner = np.array([np.roll([0.0, a, b], turn) for turn in range(3) for a in (-1, 1) for b in (-golden, golden)])
-    corner /= np.linalg.norm(corner[0])
-    edge = 2.0 / np.hypot(1.0, golden)
-    points, tets = [np.zeros(3)], []
-
-    def node(x: Array) -> int:
-        x = x / np.linalg.norm(x)
-        found = np.flatnonzero(np.linalg.norm(np.array(points) - x, axis=1) < 1e-9)
-        if len(found) == 0:
-            points.append(x)
-        return int(found[0]) if len(found) else len(points) - 1
-    for face in itertools.combinations(corner, 3):
-        if max(np.linalg.norm(a - b) for a, b in itertools.combinations(face, 2)) < 1.1 * edge:
-            a, b, c = map(node, face)
-            ab, bc, ca = (node(x + y) for x, y in zip(face, (face[1], face[2], face[0])))
-            tets += [[0, *t] for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
-    x = 0.02 * np.array(points)
-    return Mesh(x, positive(x, np.array(tets)))
+    middle = np.array([a + b for a, b in itertools.combinations(corner, 2) if np.linalg.norm(a - b) < 2.1])
+    ball = np.vstack([corner, middle])
+    ball *= 0.02 / np.linalg.norm(ball, axis=1, keepdims=True)
+    faces = ConvexHull(ball).simplices + 1
+    x = np.vstack([np.zeros(3), ball])
+    return Mesh(x, positive(x, np.column_stack([np.zeros(len(faces), int), faces])))
 
 
 def cone(sides: int) -> Mesh:
@@ -110,8 +69,33 @@ def cone(sides: int) -> Mesh:
     return Mesh(points, positive(points, np.array([[0, 1, 2 + s, 2 + (s + 1) % sides] for s in range(sides)])))
 
 
-def hard_cases(folder: Path) -> list[HardCase]:
-    """Meshes are written below `folder`. Small: some hundred nodes at most."""
+def _cubes() -> list[HardCase]:
+    """The paper's cube of other materials and sizes."""
+    def of(name: str, young: float = 1e4, poisson: float = 0.3, side: float = _SIDE, element: str | None = None,
+           **more: Any) -> HardCase:
+        scene = cube_scene(5, poisson, top=False)
+        base = [{"box": [-1e4, -1e4, -1e4, 1e4, 1e4, 1e-9 * side]}]
+        return HardCase(name, vary(scene, name="hard-cube", mesh={"side": side, "element": element},
+                                   material={"young": young}, fixed=base, **more))
+
+    def below(young: float) -> dict[str, Any]:
+        box = [-1.0, -1.0, 0.5 * _SIDE, 1.0, 1.0, 1.0]
+        return {"region": [{"box": box, "young": young, "poisson": 0.3}]}
+    averaged = "average-nodal-pressure"
+    return [of("Poisson's ratio 0", poisson=0.0),
+            of("Poisson's ratio 0, average nodal pressure", poisson=0.0, element=averaged),
+            of("Poisson's ratio 0.4999", poisson=0.4999),
+            of("Poisson's ratio 0.4999, average nodal pressure", poisson=0.4999, element=averaged),
+            of("1 Pa", 1.0),
+            of("200 GPa", 200e9),
+            of("1e9 Pa over 1e3 Pa", 1e3, **below(1e9)),
+            of("1e3 Pa over 1e9 Pa", 1e9, **below(1e3)),
+            of("1 um", side=1e-6),
+            of("100 m", side=100.0)]
+
+
+def _meshes(folder: Path) -> list[HardCase]:
+    """Bodies of other shapes, and held otherwise."""
     def of(name: str, mesh: Mesh, held: Any, refusal: str = "", young: float = 1e4) -> HardCase:
         """held: [N] bool of the mesh's nodes."""
         file = write_tetgen(mesh, folder / name.replace(" ", "-").replace(":", "-"))
@@ -121,58 +105,49 @@ def hard_cases(folder: Path) -> list[HardCase]:
         return HardCase(name, {"name": "hard-case", "mesh": {"file": str(file.resolve())},
                                "material": {"young": young, "poisson": 0.3},
                                "fixed": [{"box": [*(x - e).tolist(), *(x + e).tolist()]} for x in mesh.x[held]]},
-                               refusal)
+                        refusal)
 
     def bar(name: str, count: tuple[int, int, int], size: tuple[float, float, float], held: Any, turned: bool = False,
             at: Any = (0.0, 0.0, 0.0), **more: Any) -> HardCase:
         """held: of the nodes of a box [0, size], which is then turned and moved."""
         mesh = cells(count)
         x = mesh.x * size
-        turn = _askew() if turned else np.eye(3)
+        # About no axis of the coordinates: entries of blocks in float then are of the stiffest direction's size.
+        turn = Rotation.from_rotvec(0.7 * np.array([0.36, 0.48, 0.8])).as_matrix() if turned else np.eye(3)
         return of(name, Mesh(x @ turn.T + at, mesh.tets), held(x), **more)
-    needle: Any = ((1, 1, 30), (0.001, 0.001, 0.1), lambda x: x[:, 2] < 1e-6)
-    plate: Any = ((6, 6, 1), (0.1, 0.1, 0.001), lambda x: np.minimum(x, 0.1 - x)[:, :2].min(1) < 1e-6)
 
-    plain = grid([np.linspace(0.0, _SIDE, 5)] * 3)  # as `generate = "cube"` has it
-
-    def cube_held(name: str, held: Any, refusal: str = "") -> HardCase:
-        return of(name, plain, held(plain.x), refusal)
-
-    def near(x: Array, *corners: tuple[float, float, float]) -> Any:
-        return np.min([np.linalg.norm(x - _SIDE * np.array(c), axis=1) for c in corners], 0) < 1e-6
+    def near(*corners: tuple[float, float, float]) -> Any:
+        return np.min([np.linalg.norm(plain.x - _SIDE * np.array(c), axis=1) for c in corners], 0) < 1e-6
 
     def far(name: str, diagonals: float) -> HardCase:
         at = np.array([0.6, -0.64, 0.48]) * diagonals * _SIDE * np.sqrt(3.0)
         return bar(name, (4, 4, 4), (_SIDE,) * 3, lambda x: x[:, 2] < 1e-3 * _SIDE, at=at)
-    averaged = {"element": "average-nodal-pressure"}
+    needle: Any = ((1, 1, 30), (0.001, 0.001, 0.1), lambda x: x[:, 2] < 1e-6)
+    plate: Any = ((6, 6, 1), (0.1, 0.1, 0.001), lambda x: np.minimum(x, 0.1 - x)[:, :2].min(1) < 1e-6)
+    plain = grid([np.linspace(0.0, _SIDE, 5)] * 3)  # as `generate = "cube"` has it
     sliver, ball, cones = slivers(4, 1e-6), hub(), {sides: cone(sides) for sides in (32, 60)}
     return [
-        HardCase("Poisson's ratio 0", _cube(1e4, 0.0)),
-        HardCase("Poisson's ratio 0, average nodal pressure", _cube(1e4, 0.0, **averaged)),
-        HardCase("Poisson's ratio 0.4999", _cube(1e4, 0.4999)),
-        HardCase("Poisson's ratio 0.4999, average nodal pressure", _cube(1e4, 0.4999, **averaged)),
-        HardCase("1 Pa", _cube(1.0, 0.3)),
-        HardCase("200 GPa", _cube(200e9, 0.3)),
-        HardCase("1e9 Pa over 1e3 Pa", _two_materials(1e3, 1e9)),
-        HardCase("1e3 Pa over 1e9 Pa", _two_materials(1e9, 1e3)),
         of("slivers of radius ratio 1e-6", sliver, sliver.x[:, 2] < 1e-9),
         bar("needle 1:100", *needle),
         bar("needle 1:100, askew", *needle, turned=True),
         bar("needle 1:100 of steel, askew", *needle, turned=True, young=200e9),
         bar("plate 1:100", *plate),
         bar("plate 1:100, askew", *plate, turned=True),
-        HardCase("1 um", _cube(1e4, 0.3, 1e-6)),
-        HardCase("100 m", _cube(1e4, 0.3, 100.0)),
-        cube_held("held at three nodes", lambda x: near(x, (0, 0, 0), (1, 0, 0), (0, 1, 0))),
-        cube_held("held at all nodes but one", lambda x: ~near(x, (1, 1, 1))),
+        of("held at three nodes", plain, near((0, 0, 0), (1, 0, 0), (0, 1, 0))),
+        of("held at all nodes but one", plain, ~near((1, 1, 1))),
         # By the mesh alone: the pivots of K would tell too, but only after it was factorised, and "to rounding".
-        cube_held("held at one node", lambda x: near(x, (0, 0, 0)), "fixed: 124 of 125 nodes are under-constrained"),
-        cube_held("free", lambda x: np.zeros(len(x), bool), "fixed: 125 of 125 nodes are under-constrained"),
+        of("held at one node", plain, near((0, 0, 0)), "fixed: 124 of 125 nodes are under-constrained"),
+        of("free", plain, np.zeros(len(plain.x), bool), "fixed: 125 of 125 nodes are under-constrained"),
         of("80 tetrahedra at a node", ball, ball.x[:, 2] < -0.012),
         of("32 patches at a node", cones[32], cones[32].x[:, 2] < 1e-9),
         of("60 patches at a node", cones[60], cones[60].x[:, 2] < 1e-9, "60 touchable patches meet at node"),
         far("900 diagonals from the origin", 900),
         far("1e6 diagonals from the origin", 1e6)]
+
+
+def hard_cases(folder: Path) -> list[HardCase]:
+    """Meshes are written below `folder`. Small: some hundred nodes at most."""
+    return _cubes() + _meshes(folder)
 
 
 # ---- the reference -------------------------------------------------------------------------------------------------
@@ -270,87 +245,68 @@ class ForceErrors:
     misplaced: float = 0.0  #: from the god-object to its area coordinates' point, of the largest coordinate
 
 
-@dataclass
 class HardBody:
-    """A case with its tables, through the whole way: scene to servo."""
+    """A case with its tables, through the whole way: scene to servo. Raises LabError where the case is refused."""
 
-    case: HardCase
-    force: str
-    folder: Path
-    summary: dict[str, Any] = field(default_factory=dict)
-
-    @staticmethod
-    def make(case: HardCase, force: str, folder: Path, build: Path) -> HardBody:
-        """Raises LabError where the case is refused."""
-        scene = {**case.scene, "contact": {"force": force}, "device": {"max_force": MOST_FORCE, "mean_force": "off"},
-                 "tables": {"columns": "none"}}
-        return HardBody(case, force, folder, scenes.precompute(scene, folder, build))
-
-    def reference(self) -> Reference:
-        x, tets = read_elements(self.folder / "mesh.vtu")
-        return solve_densely(self.case.scene, x, tets, read_array(self.folder / "mesh.vtu", "fixed") > 0)
-
-    @property
-    def stated(self) -> float:
-        return float(self.summary["force_error"]["servo"])
-
-    @property
-    def warned(self) -> bool:
-        return any("float32 loses" in w or "badly conditioned" in w for w in self.summary["warnings"])
+    def __init__(self, case: HardCase, force: str, folder: Path) -> None:
+        self.force, self.folder = force, folder
+        self.summary = scenes.precompute(vary(
+            case.scene, contact={"force": force}, device={"max_force": MOST_FORCE, "mean_force": "off"},
+            tables={"columns": "none"}), folder)
+        self.held = read_array(folder / "mesh.vtu", "fixed") > 0
+        self.stated = float(self.summary["force_error"]["servo"])
+        self.warned = any("float32 loses" in w or "badly conditioned" in w for w in self.summary["warnings"])
 
     def compare_stiffness(self, reference: Reference) -> StiffnessErrors:
-        errors = StiffnessErrors()
-        for node, s in zip(np.load(self.folder / "node_id.npy"),
-                           np.load(self.folder / "stiffness.npy").reshape(-1, 3, 3)):
-            exact = np.linalg.inv(reference.compliance[node, :, node])
-            off, condition = _off(s, exact), float(np.linalg.cond(exact))
-            value = np.linalg.eigvalsh(0.5 * (s + s.T))
-            errors = StiffnessErrors(max(errors.worst, off), max(errors.in_terms_of_l, off / condition),
-                                     max(errors.asymmetry, _off(s, s.T)),
-                                     min(errors.least_eigenvalue, value[0] / value[2]),
-                                     max(errors.condition, condition))
-        return errors
+        nodes = np.load(self.folder / "node_id.npy")
+        s = np.load(self.folder / "stiffness.npy").reshape(-1, 3, 3)
+        turned = s.transpose(0, 2, 1)
+        exact = np.linalg.inv(reference.compliance[nodes, :, nodes])
+        off, condition = _off(s, exact), np.linalg.cond(exact)
+        value = np.linalg.eigvalsh(0.5 * (s + turned))
+        return StiffnessErrors(off.max(), (off / condition).max(), _off(s, turned).max(),
+                               (value[:, 0] / value[:, 2]).min(), condition.max())
 
-    def stiffness_at(self, reference: Reference, nodes: Indices, alpha: Array, held: Any) -> Array:
+    def stiffness_at(self, reference: Reference, nodes: Indices, alpha: Array) -> Array:
         """S at area coordinates of nodes: sum alpha_a (L_aa)^-1, or (sum alpha_a alpha_b L_ab)^-1 with the servo's rule
         for held nodes."""
         rigid = self.summary["contact"]["rigid_stiffness_n_per_m"]
         if self.force == "interpolated":
-            return np.sum([w * (rigid * np.eye(3) if held[n] else np.linalg.inv(reference.compliance[n, :, n]))
+            return np.sum([w * (rigid * np.eye(3) if self.held[n] else np.linalg.inv(reference.compliance[n, :, n]))
                            for w, n in zip(alpha, nodes)], 0)
         c = np.einsum("a,b,acbd->cd", alpha, alpha, reference.compliance[nodes][:, :, nodes])
-        more: float = max(0.0, alpha[held[nodes]].sum() / rigid - np.trace(c) / 3.0)
+        more: float = max(0.0, alpha[self.held[nodes]].sum() / rigid - np.trace(c) / 3.0)
         return np.linalg.inv(c + more * np.eye(3))
 
-    def compare_force(self, reference: Reference, haptable: ModuleType, god_object: str = "nearest",
-                      most: int = PATCHES) -> ForceErrors:
+    def compare_force(self, reference: Reference, god_object: str = "nearest", most: int = PATCHES) -> ForceErrors:
+        haptable = binding.load()
         body = haptable.load(self.folder, god_object=god_object, bare=True)
-        held = read_array(self.folder / "mesh.vtu", "fixed") > 0
         depth, errors = self.summary["force_error"]["depth_m"], ForceErrors()
-        for patch in body.patches[::max(1, len(body.patches) // most)]:
-            a, b, c = body.rest[patch]
+        for a, b, c in body.rest[body.patches[::max(1, len(body.patches) // most)]]:
             normal = np.cross(b - a, c - a)
             normal /= np.linalg.norm(normal)
             on = 0.41 * a + 0.32 * b + 0.27 * c
-            felt = body.servo().replay([on + depth * normal, on - depth * normal])[1]
+            finger = on - depth * normal
+            felt = body.servo().replay([on + depth * normal, finger])[1]
             if felt["state"] not in (haptable.State.CONTACT, haptable.State.LIMITED):
                 errors.missed += 1
                 continue
             errors.touches += 1
-            alpha, corners = felt["alpha"].astype(float), body.rest[felt["nodes"]]
-            g, at = alpha @ corners, np.float32(on - depth * normal).astype(float)
-            s = self.stiffness_at(reference, felt["nodes"], alpha, held)
-            force = felt["force"].astype(float)
-            errors.worst = max(errors.worst, _off(force, -s @ (on - depth * normal - g)))
-            own = -s @ (at - felt["god_object"])
+            alpha, corners, force = felt["alpha"].astype(float), body.rest[felt["nodes"]], felt["force"].astype(float)
+            at = alpha @ corners
+            s = self.stiffness_at(reference, felt["nodes"], alpha)
+            own = -s @ (np.float32(finger).astype(float) - felt["god_object"])
+            errors.worst = max(errors.worst, _off(force, -s @ (finger - at)))
             errors.rounding = max(errors.rounding, _off(force, own) / float(np.linalg.cond(s)))
             errors.misplaced = max(errors.misplaced,
-                                   float(np.linalg.norm(felt["god_object"] - g) / np.abs(corners).max()))
+                                   float(np.linalg.norm(felt["god_object"] - at) / np.abs(corners).max()))
         return errors
 
 
-def _off(measured: Array, exact: Array) -> float:
-    return float(np.linalg.norm(measured - exact) / np.linalg.norm(exact))
+def _off(measured: Array, exact: Array) -> Any:
+    """Of a vector, or of each matrix of a list."""
+    axis = (1, 2) if exact.ndim == 3 else None
+    return np.linalg.norm(measured - exact, axis=axis) / np.linalg.norm(exact, axis=axis)
 
 
 @dataclass
@@ -370,41 +326,39 @@ class Outcome:
         return "told" if self.body.warned else "WRONG" if f.worst > MOST_ERROR else "within 1e-3"
 
 
-def measure(case: HardCase, folder: Path, build: Path, haptable: ModuleType) -> list[Outcome]:
+def measure(case: HardCase, folder: Path) -> list[Outcome]:
     """By each force."""
     outcomes, reference = [], None
     for force in FORCES:
         try:
-            body = HardBody.make(case, force, folder, build)
+            body = HardBody(case, force, folder)
         except LabError as error:
             outcomes.append(Outcome(None, str(error)))
             continue
-        reference = reference or body.reference()
-        outcomes.append(Outcome(body, "", body.compare_stiffness(reference), body.compare_force(reference, haptable)))
+        reference = reference or solve_densely(case.scene, *read_elements(folder / "mesh.vtu"), body.held)
+        outcomes.append(Outcome(body, "", body.compare_stiffness(reference), body.compare_force(reference)))
     return outcomes
 
 
-def make(build: Path, out: Path) -> None:
+def make(out: Path) -> None:
     """The hard cases, each against a dense reference in long double."""
-    haptable, rows, remedies = binding.load(build), [], []
-    for case in hard_cases(build / "hard/meshes"):
-        print(f"bench: {case.name}", flush=True)
-        outcomes = measure(case, build / "hard/tables", build, haptable)
+    rows, remedies = [], []
+    for case in hard_cases(build() / "hard/meshes"):
+        say(case.name)
+        outcomes = measure(case, build() / "hard/tables")
         verdicts = [outcome.verdict(case) for outcome in outcomes]
         verdict = next(v for v in ("WRONG", "told", "within 1e-3", "refused") if v in verdicts)
         if verdict == "WRONG":
             raise LabError(f"hard case \"{case.name}\": is neither exact nor told nor refused with its cause "
                            f"{''.join(o.refused for o in outcomes)}")
         bodies = [outcome.body for outcome in outcomes if outcome.body]
-        cells = [] if not bodies else [
-            number(bodies[0].summary["checks"]["scaled_condition"],
-                   f"{bodies[0].summary['checks']['scaled_condition']:.1e}"),
-            error_of(outcomes[0].stiffness.worst), *(error_of(outcome.force.worst) for outcome in outcomes),
-            error_of(max(body.stated for body in bodies))]
-        rows.append([case.name, *(cells or [""] * 5), verdict])
+        errors = [] if not bodies else [
+            bodies[0].summary["checks"]["scaled_condition"], outcomes[0].stiffness.worst,
+            *(outcome.force.worst for outcome in outcomes), max(body.stated for body in bodies)]
+        rows.append([case.name, *(map(error_of, errors) if errors else [""] * 5), verdict])
         remedies += [[case.name, body.force, error_of(body.stated), remedy["scene"], error_of(remedy["servo"])]
                      for body in bodies for remedy in body.summary["force_error"].get("remedies", [])]
     write_topics(out, {
-        "hard": {"columns": ["case", "condition of K, scaled", "S in double", "force of the servo, interpolated",
-                             "the same, consistent", "what the tool states", "verdict"], "rows": rows},
-        "hard-remedies": {"columns": ["case", "force", "error stated", "what helps", "error then"], "rows": remedies}})
+        "hard": table("case | condition of K, scaled | S in double | force of the servo, interpolated | "
+                      "the same, consistent | what the tool states | verdict", rows),
+        "hard-remedies": table("case | force | error stated | what helps | error then", remedies)})

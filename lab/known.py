@@ -3,71 +3,58 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from lab import scenes
+from lab import say, scenes
 from lab.calculix import deck_of, displacements
-from lab.numbers import error_of, number
+from lab.numbers import Topic, error_of, number, percent, table
 from lab.reference import Array, Bricks, Footprint, Mesh, Solid, Tetrahedra, graded, hertz, uniform
+from lab.scenes import Scene, vary
 from lab.specimens import grid, read_vtu, reference, write_tetgen
 
-Cells = list[list[Any]]
-_PROFILES = (uniform, hertz)
+Rows = Iterator[list[Any]]
 
 
 # ---- half-spaces ---------------------------------------------------------------------------------------------------
 
-def _planes(size: float, inner: int, outer: int) -> list[Array]:
-    across = graded(0.0, size, 0.0, 1.5, inner, outer)
-    return [across, across, graded(0.0, size, size - 1.5, size, inner, outer)]
-
-
-def _discs(size: float) -> list[Footprint]:
-    return [Footprint(np.array([0.0, 0.0, size]), 1.0, profile) for profile in _PROFILES]
-
-
 def quarter(planes: Sequence[Array], poisson: float, quadratic: bool = False) -> Tetrahedra:
     """[0, W]^2 x [0, H], E = 1, held below, x = 0 and y = 0 planes of symmetry."""
-    return Tetrahedra(grid(planes), 1.0, poisson, lambda x: x[:, 2] <= 0.0, quadratic, symmetric=True)
+    return Tetrahedra(grid(planes), 1.0, poisson, lambda x: x[:, 2] <= 0.0, quadratic, quarter=True)
 
 
-def by_tetrahedra(quadratic: bool) -> Callable[[float, float, int, int], Array]:
-    def stiffness(size: float, poisson: float, inner: int, outer: int) -> Array:
-        body = quarter(_planes(size, inner, outer), poisson, quadratic)
-        return 4.0 / body.compliances([body.shares(disc, size) for disc in _discs(size)])[:, 2, 2]
-    return stiffness
-
-
-def by_bricks(size: float, poisson: float, inner: int, outer: int) -> Array:
-    body = Bricks(_planes(size, inner, outer), 1.0, poisson, quarter=True)
-    return 1.0 / body.compliances([body.shares(disc) for disc in _discs(size)])[:, 2, 2]
-
-
-def half_space(at: Callable[[float, float, int, int], Array], poisson: float, inner: tuple[int, int],
+def half_space(body: Callable[[Sequence[Array], float], Solid], poisson: float, inner: tuple[int, int],
                outer: tuple[int, int]) -> Array:
     """k (1 - nu^2), E = 1, under discs of radius 1: an even pressure, and Hertz's. The mesh's error falls with its
     square (of bricks it is far below), the block's with its size. Both are extrapolated."""
-    of_size = []
-    for size in (20.0, 40.0):
-        coarse, fine = (at(size, poisson, *cells) for cells in zip(inner, outer))
-        of_size.append(fine + (fine - coarse) / 3.0)
-    return (2.0 * of_size[1] - of_size[0]) * (1.0 - poisson**2)
+    def stiffness(size: float, inner: int, outer: int) -> Array:
+        across = graded(0.0, size, 0.0, 1.5, inner, outer)
+        block = body([across, across, graded(0.0, size, size - 1.5, size, inner, outer)], poisson)
+        discs = [block.shares(Footprint(np.array([0.0, 0.0, size]), 1.0, profile)) for profile in (uniform, hertz)]
+        return 1.0 / block.compliances(discs)[:, 2, 2]
+    small, large = (fine + (fine - coarse) / 3.0 for coarse, fine in
+                    ([stiffness(size, *cells) for cells in zip(inner, outer)] for size in (20.0, 40.0)))
+    return (2.0 * large - small) * (1.0 - poisson**2)
 
 
-def _add_half_space(elements: str, k: Array, rows: Cells) -> None:
-    for what, value, answer in zip(("half-space under a uniform disc, k (1 - nu^2) / (E a)",
-                                    "half-space under Hertz's pressure, k (1 - nu^2) / (E a)"),
-                                   k, (3.0 * np.pi**2 / 16.0, 5.0 / 3.0)):
-        rows.append([what, elements, number(float(value), f"{value:.3f}"), number(answer, f"{answer:.3f}"),
-                     _share(value / answer - 1.0)])
+def _share(value: float) -> Topic:
+    return percent(float(value), "{:+.2g} %")
 
 
-def _share(value: float) -> dict[str, Any]:
-    return number(float(value), f"{100.0 * value:+.2g} %")
+def _half_spaces() -> Rows:
+    say("half-spaces")
+    for elements, body, nu, inner, outer in (
+            ("linear, nu 0.3", quarter, 0.3, (8, 16), (9, 18)),
+            ("10-node tetrahedra, nu 0.3", lambda planes, nu: quarter(planes, nu, True), 0.3, (3, 6), (4, 7)),
+            *((f"the reference's bricks, nu {nu}", lambda planes, nu: Bricks(planes, 1.0, nu, quarter=True), nu, (3, 6),
+               (4, 6)) for nu in (0.3, 0.49))):
+        answers = {"a uniform disc": 3.0 * np.pi**2 / 16.0, "Hertz's pressure": 5.0 / 3.0}
+        for (what, answer), k in zip(answers.items(), half_space(body, nu, inner, outer)):
+            yield [f"half-space under {what}, k (1 - nu^2) / (E a)", elements, number(k, "{:.3f}"),
+                   number(answer, "{:.3f}"), _share(k / answer - 1.0)]
 
 
 # ---- a bonded layer under a sphere ---------------------------------------------------------------------------------
@@ -95,10 +82,7 @@ class Layer:
         r2 = (body.x[:, :2] ** 2).sum(1)
         near = np.flatnonzero((body.x[:, 2] == 1.0) & (r2 < (1.52 * chi) ** 2))
         self.fall = r2[near] / (2.0 * self.RADIUS)
-        unknown = np.searchsorted(body.free, 3 * near + 2)
-        b = np.zeros((body.factor.size, len(near)))
-        b[unknown, np.arange(len(near))] = 1.0
-        self.c = body.factor.solve(b)[unknown]
+        self.c = body.inverse(3 * near + 2)
 
     def over_hertz(self, chi: float) -> float:
         """F over Hertz's, without friction: nodes under the sphere push, none pulls."""
@@ -121,12 +105,12 @@ def layer_over_dimitriadis(chi: float, nu: float) -> float:
     return fine + (fine - coarse) / 3.0 + mean(8.0, 14) - coarse
 
 
-def _add_layers(rows: Cells) -> None:
+def _layers() -> Rows:
+    say("a bonded layer")
     for chi in (0.25, 0.5, 1.0):
         off, answer = layer_over_dimitriadis(chi, 0.3), dimitriadis(chi, 0.3)
-        rows.append([f"bonded layer under a sphere, F over Hertz's, sqrt(R d) = {chi:g} of it", "linear, nu 0.3",
-                     number(off * answer, f"{off * answer:.3f}"), number(answer, f"{answer:.3f}, Dimitriadis 2002"),
-                     _share(off - 1.0)])
+        yield [f"bonded layer under a sphere, F over Hertz's, sqrt(R d) = {chi:g} of it", "linear, nu 0.3",
+               number(off * answer, "{:.3f}"), number(answer, "{:.3f}, Dimitriadis 2002"), _share(off - 1.0)]
 
 
 # ---- CalculiX ------------------------------------------------------------------------------------------------------
@@ -153,10 +137,9 @@ def by_columns(folder: Path, forces: Array) -> Array:
     return moved
 
 
-def against_c3d4(scene: scenes.Scene, folder: Path, build: Path) -> tuple[Mesh, Array, float]:
+def against_c3d4(scene: Scene, folder: Path) -> tuple[Mesh, Array, float]:
     """The mesh, the forces, and how far the product's displacements are from CalculiX's."""
-    whole = {**scene, "tables": {"columns": "all"}, "contact": {}}
-    scenes.precompute(whole, folder, build, "--column-tolerance", "0")
+    scenes.precompute(vary(scene, tables={"columns": "all"}, contact=None), folder, "--column-tolerance", "0")
     mesh = read_vtu(folder / "mesh.vtu")
     forces = pulled_apart(np.load(folder / "node_id.npy"), len(mesh.x))
     body = reference(scene, mesh, quadratic=False)
@@ -164,15 +147,13 @@ def against_c3d4(scene: scenes.Scene, folder: Path, build: Path) -> tuple[Mesh, 
     return mesh, forces, largest_difference(theirs, by_columns(folder, forces))
 
 
-def against_c3d10(scene: scenes.Scene, mesh: Mesh, forces: Array, folder: Path) -> float:
+def against_c3d10(scene: Scene, mesh: Mesh, forces: Array, folder: Path) -> float:
     body = reference(scene, mesh)
     all_forces = np.vstack([forces, np.zeros((len(body.x) - len(mesh.x), 3))])
     theirs = displacements(deck_of(body, **scene["material"]), [all_forces], folder)[0]
     return largest_difference(theirs, body.solve(all_forces))
 
 
-_BEAM = {"name": "beam", "material": {"young": 1e4, "poisson": 0.3},
-         "fixed": [{"box": [-1.0, -1.0, -1.0, 1.0, 1.0, 1e-9]}]}
 _SIDE, _LENGTH = 0.01, 0.1
 
 
@@ -182,7 +163,7 @@ def beam() -> Mesh:
     return grid([across, across, np.linspace(0.0, _LENGTH, 41)])
 
 
-def beam_error(scene: scenes.Scene) -> float:
+def beam_error(scene: Scene) -> float:
     """Deflection of the beam's end in 10-node tetrahedra over Timoshenko's, less 1. The disc is within the end: a wider
     one would push the sides near it too, and be felt as a shorter beam."""
     body: Solid = reference(scene, beam())
@@ -194,30 +175,23 @@ def beam_error(scene: scenes.Scene) -> float:
     return float(given / (_LENGTH**3 / (3.0 * e * inertia) + shear * _LENGTH) - 1.0)
 
 
-def _add_calculix(folder: Path, build: Path, rows: Cells) -> None:
-    def add(what: str, elements: str, answer: str, difference: float) -> None:
-        rows.append([what, elements, "displacements of all nodes", answer, error_of(difference)])
+def _calculix(folder: Path) -> Rows:
+    say("CalculiX")
+    c3d10 = "the reference's 10-node tetrahedra"
+
+    def row(what: str, elements: str, answer: str, difference: float) -> list[Any]:
+        return [what, elements, "displacements of all nodes", f"CalculiX, {answer}", error_of(difference)]
     for name in ("cube", "mouse", "liver"):
-        scene = scenes.read(Path(f"meshes/{name}.toml"))
-        mesh, forces, off = against_c3d4(scene, folder / name, build)
-        add(name, "linear", "CalculiX, C3D4", off)
-        add(name, "the reference's 10-node tetrahedra", "CalculiX, C3D10",
-            against_c3d10(scene, mesh, forces, folder / f"{name}-c3d10"))
-    scene = {**_BEAM, "mesh": {"file": str(write_tetgen(beam(), folder / "beam").resolve())}}
-    add("cantilever 1:10", "linear", "CalculiX, C3D4", against_c3d4(scene, folder / "beam-c3d4", build)[2])
-    rows.append(["cantilever 1:10, deflection of its end", "the reference's 10-node tetrahedra", "", "Timoshenko",
-                 _share(beam_error(scene))])
+        scene = scenes.read(name)
+        mesh, forces, off = against_c3d4(scene, folder / name)
+        yield row(name, "linear", "C3D4", off)
+        yield row(name, c3d10, "C3D10", against_c3d10(scene, mesh, forces, folder / f"{name}-c3d10"))
+    scene = {"name": "beam", "mesh": {"file": str(write_tetgen(beam(), folder / "beam").resolve())},
+             "material": {"young": 1e4, "poisson": 0.3}, "fixed": [{"box": [-1.0, -1.0, -1.0, 1.0, 1.0, 1e-9]}]}
+    yield row("cantilever 1:10", "linear", "C3D4", against_c3d4(scene, folder / "beam-c3d4")[2])
+    yield ["cantilever 1:10, deflection of its end", c3d10, "", "Timoshenko", _share(beam_error(scene))]
 
 
-def known_answers(folder: Path, build: Path) -> dict[str, Any]:
-    rows: Cells = []
-    print("bench: half-spaces", flush=True)
-    _add_half_space("linear, nu 0.3", half_space(by_tetrahedra(False), 0.3, (8, 16), (9, 18)), rows)
-    _add_half_space("10-node tetrahedra, nu 0.3", half_space(by_tetrahedra(True), 0.3, (3, 6), (4, 7)), rows)
-    for nu in (0.3, 0.49):
-        _add_half_space(f"the reference's bricks, nu {nu}", half_space(by_bricks, nu, (3, 6), (4, 6)), rows)
-    print("bench: a bonded layer", flush=True)
-    _add_layers(rows)
-    print("bench: CalculiX", flush=True)
-    _add_calculix(folder, build, rows)
-    return {"columns": ["body", "elements", "measured", "known answer", "off by"], "rows": rows}
+def known_answers(folder: Path) -> Topic:
+    return table("body | elements | measured | known answer | off by",
+                 [*_half_spaces(), *_layers(), *_calculix(folder)])

@@ -15,11 +15,12 @@ from typing import Any
 
 import numpy as np
 
+from lab import say
 from lab.calculix import deck_of, displacements
-from lab.numbers import Topics, number
-from lab.reference import Array, Footprint, Tetrahedra, lame, shares_on
+from lab.numbers import Topics, number, table
+from lab.reference import Array, Footprint, Tetrahedra, lame
 from lab.scenes import Scene
-from lab.specimens import mesh_of, reference, specimens, truth_of
+from lab.specimens import Place, mesh_of, reference, specimens, truth_of
 
 _LEVELS = 10
 
@@ -66,11 +67,12 @@ class NeoHooke:
 def departure(body: Tetrahedra, law: NeoHooke, shares: Array, way: Array) -> tuple[float, float]:
     """a per m, b per m^2, for a finger that holds the mean of its nodes' displacements in every direction."""
     c = body.compliances([shares])[0]
-    phi = body.solve(np.outer(shares, np.linalg.solve(c, way)))
+    pressed = np.outer(shares, np.linalg.solve(c, way))
+    phi = body.solve(pressed)
     second, third = law.orders(phi)
     free = -body.solve(second)
     v = free - body.solve(np.outer(shares, np.linalg.solve(c, shares @ free)))
-    s = float((phi * np.outer(shares, np.linalg.solve(c, way))).sum())
+    s = float((phi * pressed).sum())
     return float((phi * second).sum() / s), float(((phi * third).sum() + 2.0 * (v * second).sum()) / s)
 
 
@@ -110,45 +112,37 @@ def where_off(felt: Sequence[tuple[float, float]], off: float) -> float:
 
 def aside(n: Array) -> Array:
     """A unit vector at right angles."""
-    beside = np.array([-n[1], n[0], 0.0]) if max(abs(n[0]),
-                                                 abs(n[1])) > 1e-12 * abs(n[2]) else np.array([0.0, -n[2], n[1]])
+    is_upright = max(abs(n[0]), abs(n[1])) <= 1e-12 * abs(n[2])
+    beside = np.array([0.0, -n[2], n[1]]) if is_upright else np.array([-n[1], n[0], 0.0])
     unit: Array = beside / np.linalg.norm(beside)
     return unit
 
 
 def _depth(u: float, furthest: float) -> Any:
-    return f"over {1e3 * furthest:.1f} mm" if u > furthest else number(u, f"{1e3 * u:.1f} mm")
+    return f"over {1e3 * furthest:.1f} mm" if u > furthest else number(u, "{:.1f} mm", 1e3)
 
 
-def measure(name: str, scene: Scene, radius: float, place: Any, ways: dict[str, Array], folder: Path,
-            build: Path) -> tuple[list[Any], list[Any]]:
+def measure(name: str, scene: Scene, radius: float, place: Place, folder: Path) -> tuple[list[Any], list[Any]]:
     """Rows of limits and of the curve."""
-    body = reference(scene, mesh_of(scene, folder / f"{scene['name']}-large", build), quadratic=False)
-    shares = shares_on(body.x, body.triangles, Footprint(place.on, radius))
+    body = reference(scene, mesh_of(scene, folder / f"{scene['name']}-large"), quadratic=False)
+    shares = body.shares(Footprint(place.on, radius))
     law = NeoHooke(body, **scene["material"])
     limits, curve = [], []
-    for course, way in ways.items():
-        print(f"bench: large strain: {name}, {course}", flush=True)
+    for course, way in {"pressing": -place.outward, "pulling": place.outward, "sideways": aside(place.outward)}.items():
+        say(f"large strain: {name}, {course}")
         a, b = departure(body, law, shares, way)
         felt = pull(body, scene["material"], shares, way, 0.2 * radius, folder / f"{scene['name']}-{course}")
-        row: list[Any] = [name, course]
-        for off in (0.05, 0.1, 0.2):
-            row += [_depth(where_off(felt, off), felt[-1][0]), _depth(depth_off(a, b, off), felt[-1][0])]
-        limits.append(row)
-        curve += [[name, course, number(u, f"{1e3 * u:.2f} mm"), number(ratio, f"{ratio:.3f}"),
-                   number(1.0 + u * (a + u * b), f"{1.0 + u * (a + u * b):.3f}")] for u, ratio in felt]
+        limits.append([name, course, *(_depth(u, felt[-1][0]) for off in (0.05, 0.1, 0.2)
+                                       for u in (where_off(felt, off), depth_off(a, b, off)))])
+        curve += [[name, course, number(u, "{:.2f} mm", 1e3), number(ratio, "{:.3f}"),
+                   number(1.0 + u * (a + u * b), "{:.3f}")] for u, ratio in felt]
     return limits, curve
 
 
-def large_strain(topics: Topics, folder: Path, build: Path) -> Topics:
-    limits, curve = [], []
-    for specimen in specimens(True, folder, build):
-        place = truth_of(topics, specimen.name)[0].place
-        ways = {"pressing": -place.outward, "pulling": place.outward, "sideways": aside(place.outward)}
-        more = measure(specimen.name, specimen.meshes[-1].scene, specimen.radius, place, ways, folder, build)
-        limits, curve = limits + more[0], curve + more[1]
-    return {"large-strain": {"columns": ["body", "way", "5 % off", "expected", "10 % off", "expected", "20 % off",
-                                         "expected"],
-                             "rows": limits},
-            "large-strain-curve": {"columns": ["body", "way", "displacement", "force over the linear one", "expected"],
-                                   "rows": curve}}
+def large_strain(topics: Topics, folder: Path) -> Topics:
+    measured = [measure(one.name, one.meshes[-1].scene, one.radius, truth_of(topics, one.name)[0].place, folder)
+                for one in specimens(True, folder)]
+    limits, curve = (sum(rows, []) for rows in zip(*measured))
+    offs = "5 % off | expected | 10 % off | expected | 20 % off | expected"
+    return {"large-strain": table(f"body | way | {offs}", limits),
+            "large-strain-curve": table("body | way | displacement | force over the linear one | expected", curve)}

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from lab import scenes
+from lab import say, scenes
 from lab.cholmod import one_thread
-from lab.numbers import Topics, count, number, seconds
-from lab.scenes import Scene
+from lab.numbers import Topics, count, number, seconds, table
+from lab.scenes import Scene, touched, vary
 from lab.specimens import cube_scene
 
 _RADIUS = 0.004  # m, on the cubes
@@ -33,37 +33,32 @@ def dense_rate() -> float:
     return 2.0 * n**3 / least_s
 
 
-def row(name: str, scene: Scene, contact: dict[str, Any], folder: Path, build: Path, rate: float) -> list[Any]:
+def row(name: str, scene: Scene, radius: float, folder: Path, rate: float) -> list[Any]:
     """rate: of dense_rate(). The pairs are planned with the factor's pattern; files are written and checked, as numbers
     and as C."""
-    ran = {how: scenes.precompute({**scene, "contact": c, "tables": {"columns": "none"}}, folder / how, build,
-                                  "--threads", "1")
-           for how, c in (("with", contact), ("without", {}))}
-    cost, plain, mask = ran["with"]["cpu_s"], ran["without"]["cpu_s"], ran["with"]["contact"]["mask"]
+    masked = scenes.precompute(touched(scene, "pressure-mask", radius), folder / "with", "--threads", "1")
+    plain = scenes.precompute({**scene, "contact": {}}, folder / "without", "--threads", "1")["cpu_s"]
+    cost, mask = masked["cpu_s"], masked["contact"]["mask"]
 
     def more(*stages: str) -> float:
         return max(0.0, sum(cost[stage] - plain[stage] for stage in stages))
     parts = [cost["masks"], more("analysis"), cost["mask_blocks"], cost["mask_products"], more("write", "codegen")]
     flops = mask["flops"] + mask["product_flops"]
     dense_s = flops / rate
-    return [name, f"{ran['with']['counts']['nodes']:,}", count(mask["places"]), count(mask["most_nodes"]),
-            count(mask["pairs"]),
-            number(flops, f"{flops:.2g}"), *map(seconds, parts), seconds(sum(parts)), seconds(dense_s),
-            number(sum(parts) / dense_s, f"{sum(parts) / dense_s:.1f}")]
+    return [f"{name}, {1e3 * radius:g} mm", f"{masked['counts']['nodes']:,}",
+            *(count(mask[key]) for key in ("places", "most_nodes", "pairs")), number(flops, "{:.2g}"),
+            *map(seconds, (*parts, sum(parts), dense_s)), number(sum(parts) / dense_s, "{:.1f}")]
 
 
-def costs(folder: Path, build: Path, sides: tuple[int, ...] = (12, 20, 28, 40)) -> Topics:
+def costs(folder: Path, sides: tuple[int, ...] = (12, 20, 28, 40)) -> Topics:
     """Cubes of so many nodes a side, and the mouse of meshes/mouse-mask.toml in two elements."""
-    rate, rows = dense_rate(), []
-    for side in sides:
-        print(f"bench: masks: cube, {side} nodes a side", flush=True)
-        rows.append(row(f"cube, {1e3 * _RADIUS:g} mm", cube_scene(side, 0.3, top=False),
-                        {"force": "pressure-mask", "mask_radius": _RADIUS}, folder / "masks", build, rate))
-    mouse = scenes.read(Path("meshes/mouse-mask.toml"))
+    mouse = scenes.read("mouse-mask")
     radius = mouse["contact"]["mask_radius"]
-    for element in ("linear", "quadratic"):
-        print(f"bench: masks: {mouse['name']}, {element}", flush=True)
-        scene = {**mouse, "mesh": {**mouse["mesh"], "element": element}}
-        rows.append(row(f"{mouse['name']}, {element}, {1e3 * radius:g} mm", scene,
-                        {"force": "pressure-mask", "mask_radius": radius}, folder / "masks", build, rate))
-    return {"mask-costs": {"columns": COLUMNS, "rows": rows}}
+    bodies = [("cube", cube_scene(side, 0.3, top=False), _RADIUS) for side in sides]
+    bodies += [(f"{mouse['name']}, {element}", vary(mouse, mesh={"element": element}), radius)
+               for element in ("linear", "quadratic")]
+    rate, rows = dense_rate(), []
+    for name, scene, radius in bodies:
+        say("masks:", name, scene["mesh"].get("nodes_per_side", ""))
+        rows.append(row(name, scene, radius, folder / "masks", rate))
+    return {"mask-costs": table(COLUMNS, rows)}

@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -13,6 +15,7 @@ from lab import figure
 from lab.figure import BLACK, BLUE, GREEN, GREY, INK, ORANGE, PINK, SKY, VERMILION, Figure
 from lab.numbers import Topics, frame
 
+PLAIN = FuncFormatter(lambda v, _: f"{v:g}")
 BODIES = ("cube, nu 0.3", "cube, nu 0.49", "mouse", "liver")
 
 # name in numbers.json: how it is told, colour, symbol, line
@@ -69,7 +72,7 @@ def error(topics: Topics, axis: str) -> Figure:
         axes.set(xscale="log", yscale="log", ylim=(0.05, 200), xlim=(x_all.min() / 2, x_all.max() * 30))
         axes.yaxis.set_major_locator(FixedLocator([0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100]))
         axes.yaxis.set_minor_locator(NullLocator())
-        axes.yaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
+        axes.yaxis.set_major_formatter(PLAIN)
         axes.xaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"
                                                      if 1e-4 < v < 1e4 else f"$10^{{{np.log10(v):.0f}}}$"))
         axes.set_xlabel(unit)
@@ -77,8 +80,7 @@ def error(topics: Topics, axis: str) -> Figure:
         axes.set_ylabel("RMS error of the force, %")
     looks = [f for f in FORCES if f != "the paper, 1998" or axis == "time"]
     handles = [figure.key(FORCES[f][0], color=FORCES[f][1], marker=FORCES[f][2], linestyle=FORCES[f][3]) for f in looks]
-    this.figure.legend(handles=handles, loc="upper center", ncol=4)
-    this.figure.get_layout_engine().set(rect=(0, 0, 1, 0.93))
+    this.legend(handles, 4, 0.93)
     this.figure.canvas.draw()
     for body, axes in zip(BODIES, panels.flat):
         _draw_fronts(axes, best[best["body"] == body], column, scale)
@@ -127,38 +129,42 @@ def accuracy(topics: Topics) -> Figure:
     axes.set(yscale="log", ylim=(0.01, 40000), ylabel="CPU time, µs", xticks=range(len(what)), xticklabels=what)
     axes.tick_params(axis="x", labelsize=8.5, length=0)
     axes.grid(axis="x", visible=False)
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
+    axes.yaxis.set_major_formatter(PLAIN)
     axes.legend(loc="upper left", ncol=2)
     return this
+
+
+def _ways(this: Figure, rows: pd.DataFrame, bodies: Sequence[str], height: float, **more: Any) -> Iterator[Any]:
+    """A panel a body (column) and a way of moving (row): axes, way, body, its rows."""
+    panels = this.axes(3, len(bodies), width=10, height=height, sharex="col", **more)
+    for row, way in enumerate(("pressing", "sideways", "pulling")):
+        for column, body in enumerate(bodies):
+            axes = panels[row, column]
+            if row == 0:
+                axes.set_title(body)
+            if row == 2:
+                axes.set_xlabel("displacement, mm")
+            yield axes, way, body, rows[(rows["body"] == body) & (rows["way"] == way)]
 
 
 def large_strain(topics: Topics) -> Figure:
     """Where the linear body's force leaves that of a neo-Hookean one: a column a body, a row a way of moving."""
     this = Figure("large-strain")
-    rows = frame(topics["large-strain-curve"])
-    furthest_mm = (16, 16, 30, 30)
-    panels = this.axes(3, 4, width=10, height=6.4, sharex="col", sharey=True)
-    for row, (way, color) in enumerate((("pressing", BLUE), ("sideways", GREEN), ("pulling", VERMILION))):
-        for column, body in enumerate(BODIES):
-            of = rows[(rows["body"] == body) & (rows["way"] == way)]
-            bend = (of["force over the linear one"] - 1).abs()
-            this.must(len(of) > 2 and bend.min() < 0.1 and bend.max() > 0.05,
-                      f"a force that leaves the linear one, {body} {way}")
-            axes, mm = panels[row, column], 1e3 * of["displacement"]
-            axes.axhspan(0.9, 1.1, color="#E4E8EE", zorder=0)
-            axes.plot(mm, of["expected"], color=color, label="expected by haptable-precompute")
-            axes.plot(mm, of["force over the linear one"], "o", color=color, label="CalculiX", markersize=4)
-            axes.set(xlim=(0, furthest_mm[column]), ylim=(0.6, 1.2))
-            if row == 0:
-                axes.set_title(body)
-            if row == 2:
-                axes.set_xlabel("displacement, mm")
-        panels[row, 0].set_ylabel(f"{way}:\nF / F linear, 1")
-    handles = [figure.key("CalculiX", color=INK, marker="o", linestyle="none", markersize=4),
-               figure.key("expected by haptable-precompute", color=INK),
-               figure.key("within 10 % of linear", color="#E4E8EE", linewidth=8)]
-    this.figure.legend(handles=handles, loc="upper center", ncol=3)
-    this.figure.get_layout_engine().set(rect=(0, 0, 1, 0.95))
+    colors = {"pressing": BLUE, "sideways": GREEN, "pulling": VERMILION}
+    for axes, way, body, of in _ways(this, frame(topics["large-strain-curve"]), BODIES, 6.4, sharey=True):
+        bend = (of["force over the linear one"] - 1).abs()
+        this.must(len(of) > 2 and bend.min() < 0.1 and bend.max() > 0.05,
+                  f"a force that leaves the linear one, {body} {way}")
+        mm = 1e3 * of["displacement"]
+        axes.axhspan(0.9, 1.1, color="#E4E8EE", zorder=0)
+        axes.plot(mm, of["expected"], color=colors[way])
+        axes.plot(mm, of["force over the linear one"], "o", color=colors[way], markersize=4)
+        axes.set(xlim=(0, 16 if body.startswith("cube") else 30), ylim=(0.6, 1.2))
+        if body == BODIES[0]:
+            axes.set_ylabel(f"{way}:\nF / F linear, 1")
+    this.legend([figure.key("CalculiX", color=INK, marker="o", linestyle="none", markersize=4),
+                 figure.key("expected by haptable-precompute", color=INK),
+                 figure.key("within 10 % of linear", color="#E4E8EE", linewidth=8)], 3)
     return this
 
 
@@ -167,44 +173,32 @@ def stiffening(topics: Topics) -> Figure:
     this = Figure("stiffening")
     rows = frame(topics["stiffening-curve"])
     bodies = list(rows["body"].unique())
-    panels = this.axes(3, len(bodies), width=10, height=7.2, sharex="col")
-    for row, way in enumerate(("pressing", "sideways", "pulling")):
-        for column, body in enumerate(bodies):
-            of = rows[(rows["body"] == body) & (rows["way"] == way) & (rows["place"] == "0")]
-            this.must(len(of) > 2 and of["CalculiX"].iloc[-1] > 1.05 * of["linear"].iloc[-1],
-                      f"a force that grows beyond the linear one, {body} {way}")
-            axes, mm = panels[row, column], np.concatenate([[0.0], 1e3 * of["depth"]])
-            for name, color, line in (("linear", GREY, "--"), ("stiffened", BLUE, "-")):
-                axes.plot(mm, np.concatenate([[0.0], of[name]]), line, color=color)
-            axes.plot(mm[1:], of["CalculiX"], "o", color=VERMILION, markersize=4)
-            furthest = 1.04e3 * rows[rows["body"] == body]["depth"].max()
-            axes.set(xlim=(0, furthest), ylim=(0, None), ylabel=f"{way}:\nforce, N" if column == 0 else "force, N")
-            if row == 0:
-                axes.set_title(body)
-            if row == 2:
-                axes.set_xlabel("displacement, mm")
-    handles = [figure.key("CalculiX, Yeoh's material", color=VERMILION, marker="o", linestyle="none", markersize=4),
-               figure.key("stiffened", color=BLUE), figure.key("linear", color=GREY, linestyle="--")]
-    this.figure.legend(handles=handles, loc="upper center", ncol=3)
-    this.figure.get_layout_engine().set(rect=(0, 0, 1, 0.95))
+    for axes, way, body, both in _ways(this, rows, bodies, 7.2):
+        of = both[both["place"] == "0"]
+        this.must(len(of) > 2 and of["CalculiX"].iloc[-1] > 1.05 * of["linear"].iloc[-1],
+                  f"a force that grows beyond the linear one, {body} {way}")
+        mm = np.append(0.0, 1e3 * of["depth"])
+        for name, color, line in (("linear", GREY, "--"), ("stiffened", BLUE, "-")):
+            axes.plot(mm, np.append(0.0, of[name]), line, color=color)
+        axes.plot(mm[1:], of["CalculiX"], "o", color=VERMILION, markersize=4)
+        axes.set(xlim=(0, 1.04e3 * rows[rows["body"] == body]["depth"].max()), ylim=(0, None),
+                 ylabel=f"{way}:\nforce, N" if body == bodies[0] else "force, N")
+    this.legend([figure.key("CalculiX, Yeoh's material", color=VERMILION, marker="o", linestyle="none", markersize=4),
+                 figure.key("stiffened", color=BLUE), figure.key("linear", color=GREY, linestyle="--")], 3)
     return this
 
 
 # ---- curves of lab.contact ------------------------------------------------------------------------------------------
 
-def _curves(file: Path) -> np.ndarray:
-    return np.loadtxt(file, ndmin=2)
-
-
 def contact_line(data: Path) -> Figure:
     """Normal stiffness along a line over the cube's top: a panel a force, a curve a mesh."""
     this = Figure("contact-line")
-    table = _curves(data)
+    table = np.loadtxt(data)
     stiffness = table[:, 1:].reshape(len(table), 4, 3)  # nodes a side 9, 13, 17, 25; then the force
-    point, consistent, mask = (stiffness[:, :, f] for f in range(3))
-    this.must(point[:, 3].mean() < 0.5 * point[:, 0].mean(), "a point of force that softens with the mesh")
-    this.must(consistent[:, 3].max() > 1.2 * consistent[:, 3].min(), "the ripple of the consistent force")
-    this.must(abs(mask[:, 3].mean() / mask[:, 0].mean() - 1) < 0.1 and mask[:, 3].max() < 1.1 * mask[:, 3].min(),
+    mean, (point, consistent, mask) = stiffness.mean(0), stiffness[:, 3].T
+    this.must(mean[3, 0] < 0.5 * mean[0, 0], "a point of force that softens with the mesh")
+    this.must(consistent.max() > 1.2 * consistent.min(), "the ripple of the consistent force")
+    this.must(abs(mean[3, 2] / mean[0, 2] - 1) < 0.1 and mask.max() < 1.1 * mask.min(),
               "a mask that does not change with the mesh")
     panels = this.axes(3, 1, width=8, height=7, sharex=True)
     for f, title in enumerate(("interpolated (the paper's)", "consistent", "pressure mask of 5 mm")):
@@ -213,25 +207,23 @@ def contact_line(data: Path) -> Figure:
         panels[f].set_title(title)
         panels[f].set(xlim=(-3.6, 3.6), ylim=(0, None), ylabel="stiffness, N/m")
     panels[2].set_xlabel("position along the line, mm")
-    this.figure.legend(handles=panels[0].get_lines(), loc="upper center", ncol=4)
-    this.figure.get_layout_engine().set(rect=(0, 0, 1, 0.95))
+    this.legend(panels[0].get_lines(), 4)
     return this
 
 
 def contact_loop(data: Path) -> Figure:
     """Energy given to the user around a loop over the cube's top."""
     this = Figure("contact-loop")
-    table = _curves(data)
-    energy = table[:, 1:7]
-    for m in range(6):
-        this.must(energy[:, m].min() < -100, f"energy that is stored, curve {m + 1}")
-    this.must((energy[-1, :3] > 0).all(), "loops of the nearest god-object that give energy")
-    this.must((energy[-1, 3:] <= 0).all(), "loops of least energy that give none")
+    place, *energy = np.loadtxt(data).T
+    last = np.array([curve[-1] for curve in energy])
+    this.must(all(curve.min() < -100 for curve in energy), "energy that is stored, every curve")
+    this.must((last[:3] > 0).all(), "loops of the nearest god-object that give energy")
+    this.must((last[3:] <= 0).all(), "loops of least energy that give none")
     axes = this.axes(width=8, height=4.6)
-    looks = zip(("interpolated", "consistent", "mask"), (BLUE, GREEN, VERMILION))
-    for f, (force, color) in enumerate(looks):
-        axes.plot(table[:, 0], energy[:, f], color=color, label=f"{force}, nearest")
-        axes.plot(table[:, 0], energy[:, 3 + f], "--", color=color, label=f"{force}, least energy")
+    for force, color, nearest, least in zip(("interpolated", "consistent", "mask"), (BLUE, GREEN, VERMILION), energy[:3],
+                                            energy[3:]):
+        axes.plot(place, nearest, color=color, label=f"{force}, nearest")
+        axes.plot(place, least, "--", color=color, label=f"{force}, least energy")
     axes.set(ylabel="energy given to the user, µJ", xlabel="place on the loop", xticks=range(5),
              xticklabels=["start", "5 mm in", "8 mm aside", "out", "back"])
     axes.margins(x=0.01)
@@ -242,13 +234,13 @@ def contact_loop(data: Path) -> Figure:
 def contact_edge(data: Path) -> Figure:
     """Force while a finger slides out over a convex edge."""
     this = Figure("contact-edge")
-    table = _curves(data)
+    ms, *forces = np.loadtxt(data).T
     modes = (("nearest", "-"), ("nearest, release 0.01 N/ms", "--"), ("least energy, release 0.01 N/ms", "-."))
     axes = this.axes(width=8, height=3.8)
-    for m, (mode, line) in enumerate(modes, start=1):
-        this.must(table[:, m].max() > 0.05, f"a force of the edge, {mode}")
-        this.must(table[table[:, 0].argmax(), m] == 0, f"the finger leaving, {mode}")
-        axes.plot(table[:, 0], table[:, m], linestyle=line, label=mode)
+    for (mode, line), force in zip(modes, forces):
+        this.must(force.max() > 0.05, f"a force of the edge, {mode}")
+        this.must(force[ms.argmax()] == 0, f"the finger leaving, {mode}")
+        axes.plot(ms, force, linestyle=line, label=mode)
     axes.set(xlabel="time from the press's end, ms", ylabel="size of the force, N", ylim=(0, None))
     axes.margins(x=0.01)
     axes.legend()
@@ -313,7 +305,7 @@ def relaxation_sliding(rows: np.ndarray) -> Figure:
     axes.set(xscale="log", yscale="log", ylim=(0.02, 100), xlabel="speed x relaxation time / mask's radius, 1",
              ylabel="error of the force, % of its size")
     for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
+        axis.set_major_formatter(PLAIN)
     axes.legend(loc="lower right")
     return this
 
@@ -325,10 +317,9 @@ MEASURED = ("accuracy", "error-time", "error-flash", "error-precompute", "large-
 
 def measured(topics: Topics, curves: Path, folder: Path) -> None:
     """Every plot of what was measured, into `folder`; those of contact where lab.contact has left its curves."""
-    plots = [accuracy(topics), *(error(topics, axis) for axis in COSTS), large_strain(topics),
-             stiffening(topics)]
-    for draw, name in ((contact_line, "line"), (contact_loop, "loop"), (contact_edge, "edge")):
-        if (curves / f"{name}.dat").exists():
-            plots.append(draw(curves / f"{name}.dat"))
+    plots = [accuracy(topics), *(error(topics, axis) for axis in COSTS), large_strain(topics), stiffening(topics)]
+    plots += [draw(curves / f"{name}.dat") for draw, name in ((contact_line, "line"), (contact_loop, "loop"),
+                                                              (contact_edge, "edge"))
+              if (curves / f"{name}.dat").exists()]
     for plot in plots:
         plot.save(folder)

@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from lab.numbers import Topics, frame, number, seconds, text_of
+from lab.numbers import Topics, frame, number, seconds, table, text_of
 
 _BEST = "best in"
 _AXES = {"time": "tick", "flash": "flash", "precompute": "precompute"}
@@ -21,19 +21,15 @@ _PAPER_S = {("cube, nu 0.49", "5 a side"): 15e-6, ("mouse", "1,713 nodes"): 12e-
 def _with_paper(columns: list[str], rows: list[list[Any]]) -> list[list[Any]]:
     """A row of the paper's behind the tables of its body and mesh, before what one would do instead."""
     at = {name: k for k, name in enumerate(columns)}
-    made: list[list[Any]] = []
+    rows = list(rows)
     for (body, mesh), tick_s in _PAPER_S.items():
-        same = [i for i, row in enumerate(rows) if (row[0], row[1]) == (body, mesh)
-                and row[at["precision"]] != "float64"]
+        same = [i for i, row in enumerate(rows) if row[:2] == [body, mesh] and row[at["precision"]] != "float64"]
         ours = next((rows[i] for i in same if rows[i][at["force"]] == "interpolated"), None)
-        if ours is None:
-            continue
-        paper = list(ours)
-        paper[at["force"]], paper[at["precision"]], paper[at["tick"]] = _PAPER, "", seconds(tick_s)
-        paper[at["flash"]] = paper[at["precompute"]] = ""  # it does not tell
-        made.append([same[-1], paper])
-    for after, paper in sorted(made, key=lambda one: -one[0]):
-        rows = [*rows[:after + 1], paper, *rows[after + 1:]]
+        if ours is not None:
+            paper = list(ours)
+            paper[at["force"]], paper[at["precision"]], paper[at["tick"]] = _PAPER, "", seconds(tick_s)
+            paper[at["flash"]] = paper[at["precompute"]] = ""  # it does not tell
+            rows.insert(same[-1] + 1, paper)
     return rows
 
 
@@ -67,7 +63,7 @@ def _order(columns: list[str], rows: list[list[Any]]) -> list[list[Any]]:
         coarser[row["body"], row["element"]] = cells, mean
         if before * mean > 0 and abs(mean) > told:
             fell = math.log(abs(before / mean)) / math.log(cells / coarse)
-            order = number(fell, f"{fell:.1f}")
+            order = number(fell, "{:.1f}")
         made.append([row["body"], row["element"], row["mesh"], row["mean error"], order])
     return made
 
@@ -83,8 +79,7 @@ def derive(topics: Topics) -> None:
     rows = [[*row, best] for row, best in zip(rows, _best({"columns": columns, "rows": rows}))]
     run = {key: points[key] for key in ("command", "machine") if key in points}
     error = columns.index("error, RMS")
-    topics["points"] = {**run, "columns": [*columns, _BEST], "rows": rows}
     front = sorted((row for row in rows if "time" in row[-1]), key=lambda row: (text_of(row[0]), row[error]["value"]))
-    topics["front"] = {**run, "columns": [*columns, _BEST], "rows": front}
-    topics["order"] = {**run, "columns": ["body", "element", "mesh", "mean error of the mask", "order"],
-                       "rows": _order(columns, rows)}
+    topics["points"] = {**run, **table([*columns, _BEST], rows)}
+    topics["front"] = {**run, **table([*columns, _BEST], front)}
+    topics["order"] = {**run, **table("body | element | mesh | mean error of the mask | order", _order(columns, rows))}

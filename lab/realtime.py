@@ -4,21 +4,20 @@ adds to what LCM and the kernel take. `make bench-realtime`."""
 
 from __future__ import annotations
 
-import json
 import os
 import resource
 import signal
 import subprocess
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from lab import LabError, scenes
-from lab.numbers import Topics, count, number, write_topics
+from lab import LabError, build, say, scenes, told
+from lab.numbers import Topics, count, number, percent, table, write_topics
 from lab.reference import Array
 
 _BEGUN = 100  # ticks: the first state waits for the servo's start
@@ -79,72 +78,66 @@ def _end(program: subprocess.Popen[bytes], what: str) -> None:
         raise LabError(f"{what}: does not end") from error
 
 
-def session(partner: Sequence[str], scene: Path, build: Path, seconds: float) -> Session:
+def _kill(*programs: subprocess.Popen[bytes]) -> None:
+    for program in programs:
+        if program.poll() is None:
+            program.kill()
+            program.wait()
+
+
+def session(partner: Sequence[object], scene: Path, seconds: float) -> Session:
     """Of the simulated device with that servo."""
     before = _processor_time()
     with tempfile.TemporaryFile() as heard:
-        ear = subprocess.Popen([str(build / "bin/haptable-bench-realtime")], stdout=heard)
-        servo = subprocess.Popen(partner, stdout=subprocess.DEVNULL)
+        ear = subprocess.Popen([build() / "bin/haptable-bench-realtime"], stdout=heard)
+        servo = subprocess.Popen([str(word) for word in partner], stdout=subprocess.DEVNULL)
         try:
-            device = subprocess.run([str(build / "bin/haptable-device"), str(scene), "--path", "poke,drag,circle",
-                                     "--seconds",
-                                     str(seconds), "--json", "--quiet"], stdout=subprocess.PIPE, check=False)
-            if device.returncode != 0:
-                raise LabError(f"haptable-device: ended with status {device.returncode}")
+            device = told("haptable-device", scene, "--path", "poke,drag,circle", "--seconds", seconds, "--json",
+                          "--quiet")
             _end(servo, "servo")
             _end(ear, "haptable-bench-realtime")
         finally:
-            for program in (servo, ear):
-                if program.poll() is None:
-                    program.kill()
-                    program.wait()
+            _kill(servo, ear)
         heard.seek(0)
         wire = np.loadtxt(heard, dtype=np.int64, delimiter=",", skiprows=1, ndmin=2).reshape(-1, 2)
     whole, busy, ours = (b - a for a, b in zip(before, _processor_time()))
     others = min(max((busy - ours) / max(whole, 1e-3), 0.0), 1.0)
-    return Session(times_of(*wire.T.tolist()), json.loads(device.stdout), others)
+    return Session(times_of(*wire.T.tolist()), device, others)
 
 
 def tables(measured: dict[str, dict[str, Session]]) -> Topics:
     """By machine and partner (servo, echo)."""
     times, counts = [], []
     for machine, of in measured.items():
-        quantities: dict[str, Callable[[Times], Array]] = {
-            "from state to state": lambda t: t.period, "from state to answer": lambda t: t.latency,
-            "age of the force": lambda t: t.age}
-        for what, quantity in quantities.items():
-            us = {partner: np.quantile(quantity(of[partner].times), _SHARES, method="higher")
+        for what, name in (("from state to state", "period"), ("from state to answer", "latency"),
+                           ("age of the force", "age")):
+            us = {partner: np.quantile(getattr(of[partner].times, name), _SHARES, method="higher")
                   for partner in ("servo", "echo")}
             times += [[machine, what, partner, *(number(1e-6 * v, f"{v:.0f} us") for v in us[partner])]
                       for partner in us]
-            times.append([machine, what, "ratio", *(number(r, f"{r:.2f}") for r in us["servo"] / us["echo"])])
-        for partner in ("servo", "echo"):
-            found = of[partner]
-            counts.append([machine, partner, *(count(found.device[name]) for name in (
-                "ticks", "missed", "late_ticks", "silences")), count(found.times.unheard),
-                number(found.others, f"{100 * found.others:.0f} %")])
-    return {"realtime": {"columns": ["machine", "what", "with", "median", "99 %", "99.9 %", "worst"], "rows": times},
-            "realtime-counts": {"columns": [
-                "machine", "with", "ticks", "without an answer in time", "begun more than 1 ms late", "silences",
-                "not heard by the bench", "processors' time that others took"], "rows": counts}}
+            times.append([machine, what, "ratio", *(number(r, "{:.2f}") for r in us["servo"] / us["echo"])])
+        counts += [[machine, partner,
+                    *(count(of[partner].device[name]) for name in ("ticks", "missed", "late_ticks", "silences")),
+                    count(of[partner].times.unheard), percent(of[partner].others)] for partner in ("servo", "echo")]
+    return {"realtime": table("machine | what | with | median | 99 % | 99.9 % | worst", times),
+            "realtime-counts": table("machine | with | ticks | without an answer in time | begun more than 1 ms late | "
+                                     "silences | not heard by the bench | processors' time that others took", counts)}
 
 
-def make(build: Path, scene: Path, out: Path, seconds: float = 60.0) -> None:
+def make(scene: Path, out: Path, seconds: float = 60.0) -> None:
     """The loop in real time beside one whose servo does nothing: four sessions of so many seconds. Busy: as many
     programs that never rest as there are processors, niced: who asks for real time does not feel the difference, and
     others on this machine do."""
-    partners = {"echo": [str(build / "bin/haptable-bench-realtime"), "--echo"],
-                "servo": [str(build / scenes.read(scene)["name"] / "servo"), "--lcm", "--quiet"]}
+    partners = {"echo": [build() / "bin/haptable-bench-realtime", "--echo"],
+                "servo": [build() / scenes.read(scene)["name"] / "servo", "--lcm", "--quiet"]}
     measured: dict[str, dict[str, Session]] = {}
     for machine in ("quiet", "busy"):
         load = [subprocess.Popen(["nice", "-n", "19", "sh", "-c", "while :; do :; done"])
                 for _ in range((os.cpu_count() or 1) if machine == "busy" else 0)]
         try:
             for partner, command in partners.items():
-                print(f"bench: real time: {machine}, {partner}", flush=True)
-                measured.setdefault(machine, {})[partner] = session(command, scene, build, seconds)
+                say(f"real time: {machine}, {partner}")
+                measured.setdefault(machine, {})[partner] = session(command, scene, seconds)
         finally:
-            for program in load:
-                program.kill()
-                program.wait()
+            _kill(*load)
     write_topics(out, tables(measured), "make bench-realtime")

@@ -12,8 +12,9 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
-from lab import LabError, plots
-from lab.numbers import REPORT_ONLY, Topics, find_markers, frame, read_numbers, runs, text_of, write_file
+from lab import LabError, build, plots
+from lab.numbers import (REPORT_ONLY, Topic, Topics, frame, read_numbers, replace, runs, shown, text_of, write_file)
+from lab.numbers import table as made
 
 #: The contents: pages of docs/ by part, in order. A page with numbers that is in none comes under "More".
 PARTS = {
@@ -53,42 +54,40 @@ def _slug(heading: str) -> str:
     return re.sub(r"[^a-z0-9_-]", "", text)
 
 
-def table(name: str, topic: dict[str, Any], *, choices: bool = False) -> str:
-    """A topic's table, sorted by values where a heading is pressed; its CSV beside it."""
-    head = "".join(f'<th scope="col"><button type="button">{_plain(column) or "&nbsp;"}</button></th>'
-                   for column in topic["columns"])
-    body = []
-    for row in topic["rows"]:
-        cells = []
-        for cell in row:
-            value = "" if isinstance(cell, str) else cell["value"]
-            value = value[0] if isinstance(value, list) else value
-            cells.append(f'<td{"" if value == "" else f" data-v={json.dumps(str(value))} class=n"}>'
-                         f'{_plain(text_of(cell))}</td>')
-        body.append(f"<tr>{''.join(cells)}</tr>")
+def _filters(topic: Topic, choices: bool) -> str:
     filters = ""
-    if choices:
-        for k, column in enumerate(topic["columns"]):
-            texts = list(dict.fromkeys(row[k] for row in topic["rows"] if isinstance(row[k], str)))
-            if 1 < len(texts) <= _CHOICES and all(isinstance(row[k], str) for row in topic["rows"]):
-                options = "".join(f"<option>{html.escape(text)}</option>" for text in texts if text)
-                filters += (f'<label>{_plain(column)} <select data-column="{k}"><option value="">all</option>{options}'
-                            "</select></label>")
+    for k, column in enumerate(topic["columns"] if choices else []):
+        texts = list(dict.fromkeys(row[k] for row in topic["rows"] if isinstance(row[k], str)))
+        if 1 < len(texts) <= _CHOICES and all(isinstance(row[k], str) for row in topic["rows"]):
+            options = "".join(f"<option>{html.escape(text)}</option>" for text in texts if text)
+            filters += (f'<label>{_plain(column)} <select data-column="{k}"><option value="">all</option>{options}'
+                        "</select></label>")
     if len(topic["rows"]) > _MANY:
         filters += '<label>rows with <input type="search" placeholder="words"></label><output></output>'
-    return (f'<div class="sortable" id="table-{name}"><div class="filters">{filters}<a href="csv/{name}.csv" download>'
-            f'CSV</a></div><div class="wide"><table><thead><tr>{head}</tr></thead><tbody>{"".join(body)}'
-            f'</tbody></table>'
-            "</div></div>")
+    return filters
+
+
+def table(name: str, topic: Topic, *, choices: bool = False) -> str:
+    """A topic's table, sorted by values where a heading is pressed; its CSV beside it."""
+    def td(cell: Any) -> str:
+        value = "" if isinstance(cell, str) else cell["value"]
+        value = value[0] if isinstance(value, list) else value
+        data = "" if value == "" else f" data-v={json.dumps(str(value))} class=n"
+        return f"<td{data}>{_plain(text_of(cell))}</td>"
+    head = "".join(f'<th scope="col"><button type="button">{_plain(column) or "&nbsp;"}</button></th>'
+                   for column in topic["columns"])
+    body = "".join(f"<tr>{''.join(map(td, row))}</tr>" for row in topic["rows"])
+    return (f'<div class="sortable" id="table-{name}"><div class="filters">{_filters(topic, choices)}'
+            f'<a href="csv/{name}.csv" download>CSV</a></div><div class="wide"><table><thead><tr>{head}</tr></thead>'
+            f"<tbody>{body}</tbody></table></div></div>")
 
 
 def figure_of(file: Path, caption: str = "") -> str:
     """An SVG within the page, with its PDF to load down where there is one."""
     text = file.read_text(encoding="utf-8")
     svg = re.sub(r"<metadata>.*?</metadata>|<!--.*?-->\s*", "", text[text.index("<svg"):], flags=re.S)
-    # Wide as its column.
-    svg = re.sub(r'(<svg[^>]*?) (?:width|height)="[^"]*"', r"\1", svg, count=1)
-    svg = re.sub(r'(<svg[^>]*?) (?:width|height)="[^"]*"', r"\1", svg, count=1)
+    for _ in ("width", "height"):  # wide as its column
+        svg = re.sub(r'(<svg[^>]*?) (?:width|height)="[^"]*"', r"\1", svg, count=1)
     pdf = file.with_suffix(".pdf")
     link = f' <a href="{pdf.name}" download>PDF</a>' if pdf.exists() else ""
     return f'<figure id="figure-{file.stem}">{svg}<figcaption>{caption}{link}</figcaption></figure>'
@@ -101,7 +100,7 @@ class Pages:
         self.docs, self.out, self.topics = docs, out, topics
         with_numbers = {str(p.relative_to(docs).with_suffix(""))
                         for p in [*docs.glob("*.md"), *docs.glob("design/*.md")]
-                        if find_markers(p.read_text(encoding="utf-8"))}
+                        if shown(p.name, p.read_text(encoding="utf-8"))}
         self.parts = {part: [page for page in pages if (docs / f"{page}.md").exists()] for part, pages in PARTS.items()}
         known = {page for pages in PARTS.values() for page in pages}
         if with_numbers - known:
@@ -132,50 +131,52 @@ class Pages:
 
     def section(self, page: str) -> str:
         text = (self.docs / f"{page}.md").read_text(encoding="utf-8")
-        filled, at, tables = "", 0, {}
-        for topic, begin, _, _, end in find_markers(text):
-            if topic not in self.topics:
-                raise LabError(f"{page}.md: the marker {topic} has no number; measure it (make bench), or remove it")
-            is_table = "rows" in self.topics[topic]
-            place = f"table of {topic} stands here"
-            filled += text[at:begin] + (place if is_table else text_of(self.topics[topic]))
-            at = end
-            if is_table:
-                tables[f"<p>{place}</p>"] = table(topic, self.topics[topic])
-        body = _markdown(filled + text[at:])
+        tables = {}
+
+        def place(at: re.Match[str], topic: Topic) -> str:
+            if "rows" not in topic:
+                return text_of(topic)
+            tables[f"<p>{_place(at[2])}</p>"] = table(at[2], topic)
+            return _place(at[2])
+        body = _markdown(replace(f"{page}.md", text, self.topics, place))
         body = re.sub(r'<img src="([^"]*\.svg)" alt="([^"]*)" />', self._picture, body).replace("<p></p>", "")
         body = re.sub(r'(?<=[ <])(href|src)="([^"]*)"', lambda m: m[0] if m[2].startswith(("csv/", "#figure-"))
                       or m[2].endswith(".pdf") else self._link(page, m[1], m[2]), body)
-        body = re.sub(r"<h([2-6])>(.*?)</h\1>", lambda m: f'<h{m[1]} id="{page}:{_slug(m[2])}">{m[2]}</h{m[1]}>', body)
-        body = re.sub(r"<table>", '<div class="wide"><table>', body).replace("</table>", "</table></div>")
-        for place, made in tables.items():
-            body = body.replace(place, made)
+        body = _wide(_anchored(body, f"{page}:"))
+        for placed, made in tables.items():
+            body = body.replace(placed, made)
         return f'<section id="{page}">\n{body}</section>\n'
 
 
-def answer(topics: Topics) -> dict[str, Any]:
+def _place(topic: str) -> str:
+    return f"table of {topic} stands here"
+
+
+def _anchored(body: str, of: str) -> str:
+    """With an anchor at every heading."""
+    return re.sub(r"<h([2-6])>(.*?)</h\1>", lambda m: f'<h{m[1]} id="{of}{_slug(m[2])}">{m[2]}</h{m[1]}>', body)
+
+
+def _wide(body: str) -> str:
+    """Its tables are pushed aside where they are wider than the window."""
+    return body.replace("<table>", '<div class="wide"><table>').replace("</table>", "</table></div>")
+
+
+def answer(topics: Topics) -> Topic:
     """A table, a row a body: the mask that is nearest to the body of those in flash; beside it the solve of the
     whole body that is nearest, and the paper's."""
-    points = frame(topics["points"])
-    rows: list[list[Any]] = []
-    texts = {tuple(text_of(c) for c in row[:6]): row for row in topics["points"]["rows"]}
+    columns, rows = topics["points"]["columns"], topics["points"]["rows"]
+    force, error, tick = (columns.index(name) for name in ("force", "error, RMS", "tick"))
 
-    def cells(of: Any, *columns: int) -> list[Any]:
-        if of.empty:
-            return [""] * len(columns)
-        best = of.sort_values(["error, RMS", "tick"]).iloc[0]
-        row = texts[tuple(best[c] for c in points.columns[:6])]
-        return [row[c] for c in columns]
-    for body in plots.BODIES:
-        of_body = points[points["body"] == body]
-
-        def of(*forces: str, of_body: Any = of_body) -> Any:
-            return of_body[of_body["force"].isin(forces)]
-        rows.append([body, *cells(of("pressure-mask"), 1, 2, 6, 8, 9, 10),
-                     *cells(of("sparse solve", "dense inverse", "conjugate gradients"), 6, 8),
-                     *cells(of("the paper, 1998"), 6, 8)])
-    return {"columns": ["body", "mesh", "element", "mask: error", "tick", "flash", "precompute", "a solve: error",
-                        "tick", "the paper: error", "tick"], "rows": rows}
+    def nearest(body: str, forces: tuple[str, ...], *shown: int) -> list[Any]:
+        found = [row for row in rows if row[0] == body and row[force] in forces]
+        best = min(found, key=lambda row: (row[error]["value"], row[tick]["value"]), default=[""] * len(columns))
+        return [best[k] for k in shown]
+    return made("body | mesh | element | mask: error | tick | flash | precompute | a solve: error | tick | "
+                "the paper: error | tick", [
+                    [body, *nearest(body, ("pressure-mask",), 1, 2, 6, 8, 9, 10),
+                     *nearest(body, ("sparse solve", "dense inverse", "conjugate gradients"), 6, 8),
+                     *nearest(body, ("the paper, 1998",), 6, 8)] for body in plots.BODIES])
 
 
 def _page(title: str, nav: str, main: str) -> str:
@@ -218,33 +219,30 @@ def index(docs: Path, out: Path, topics: Topics) -> str:
         main += '<section id="tables"><h1>Tables to look up</h1>\n' + "".join(
             f"<h2>{name}</h2>\n" + table(name, topics[name], choices=True) for name in looked_up) + "</section>\n"
         nav += _items([("#tables", "Tables to look up")])
-    nav += _items([("#runs", "What was run")])
-    ran = _markdown(runs(topics)).replace("<table>", '<div class="wide"><table>').replace("</table>", "</table></div>")
-    return _page("haptable: speed against error", nav,
-                 main + f'<section id="runs"><h1>What was run</h1>\n{ran}</section>\n')
+    main += f'<section id="runs"><h1>What was run</h1>\n{_wide(_markdown(runs(topics)))}</section>\n'
+    return _page("haptable: speed against error", nav + _items([("#runs", "What was run")]), main)
 
 
 def configurations(topics: Topics) -> str:
     """The topics that only the report shows, with how each was taken (configurations.md)."""
     body = _markdown((_HERE / "configurations.md").read_text(encoding="utf-8"))
     for name in REPORT_ONLY:
-        place = f"<p>table of {name} stands here</p>"
+        place = f"<p>{_place(name)}</p>"
         if body.count(place) != 1:
             raise LabError(f"lab/configurations.md: has to say once where the table of {name} stands")
         body = body.replace(place, table(name, topics[name], choices=True))
     nav = _items([("index.html", "The report")] + [(f"#{_slug(h)}", h) for h in re.findall(r"<h2>(.*?)</h2>", body)])
-    body = re.sub(r"<h2>(.*?)</h2>", lambda m: f'<h2 id="{_slug(m[1])}">{m[1]}</h2>', body)
-    return _page("haptable: every configuration", nav, body)
+    return _page("haptable: every configuration", nav, _anchored(body, ""))
 
 
-def make(build: Path, out: Path, docs: Path = Path("docs")) -> None:
+def make(out: Path, docs: Path = Path("docs")) -> None:
     """build/report: index.html, configurations.html, CSV files, figures; docs: pages and numbers.json."""
     topics = read_numbers(docs / "numbers.json")
     for name in REPORT_ONLY:
         if name not in topics:
             raise LabError(f"{docs}/numbers.json: has no {name}; measure it (make bench, make bench-large)")
     out.mkdir(parents=True, exist_ok=True)
-    plots.measured(topics, build / "contact", out)
+    plots.measured(topics, build() / "contact", out)
     for name, topic in {**topics, "answer": answer(topics)}.items():
         if "rows" in topic:
             write_file(out / f"csv/{name}.csv", frame(topic).to_csv(index=False, float_format="%.9g"))

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from lab import LabError, scenes
-from lab.numbers import Topics
+from lab.numbers import Topics, table
 from lab.reference import Array, Indices, Mesh, positive
 
 NOISE = 0.3  # of a node's shortest edge, either way
@@ -67,17 +67,16 @@ def to_off(x: Array, patches: Indices) -> str:
             + "".join(f"3 {a} {b} {c}\n" for a, b, c in numbered.reshape(-1, 3).tolist()))
 
 
-def filling(mesh: Mesh, folder: Path, build: Path, nodes: int = NODES) -> Topics:
+def filling(mesh: Mesh, folder: Path, nodes: int = NODES) -> Topics:
     """What a run tells of the mesh's surface with noise, filled with so many nodes."""
     patches = mesh.surface
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "scan.off").write_text(to_off(noisy(mesh.x, patches, NOISE), patches), encoding="utf-8")
     low, high = mesh.x.min(0), mesh.x.max(0)
-    base = [*(low - (high - low)).tolist(), *(high[:2] + (high - low)[:2]).tolist(),
-            float(low[2] + 0.1 * (high - low)[2])]
+    below = [*(2.0 * low - high).tolist(), *(2.0 * high - low)[:2].tolist(), float(0.9 * low[2] + 0.1 * high[2])]
     summary = scenes.precompute({
         "name": "scanned", "mesh": {"file": str((folder / "scan.off").resolve()), "node_count": nodes},
-        "material": {"young": 1e4, "poisson": 0.3}, "fixed": [{"box": base}], "tables": {"columns": "none"}},
-        folder / "tables", build)
+        "material": {"young": 1e4, "poisson": 0.3}, "fixed": [{"box": below}], "tables": {"columns": "none"}},
+        folder / "tables")
     notes = [note.split(": ", 1)[1] for note in summary["notes"]]
-    return {"scan-filling": {"columns": [f"notes, of {nodes:,} nodes wanted"], "rows": [[note] for note in notes]}}
+    return {"scan-filling": table(f"notes, of {nodes:,} nodes wanted", [[note] for note in notes])}

@@ -24,10 +24,13 @@ class Keys:
 
     def section(self, name: str) -> Json:
         """Raises LabError where there is none."""
-        for section in self.sections:
-            if section["name"] == name:
-                return section
-        raise LabError(f"there is no section {name} in a scene")
+        found = next((section for section in self.sections if section["name"] == name), None)
+        if found is None:
+            raise LabError(f"there is no section {name} in a scene")
+        return found
+
+    def header(self, name: str) -> str:
+        return f"[[{name}]]" if self.section(name)["is_list"] else f"[{name}]"
 
     def of(self, section: str) -> list[Json]:
         """The keys of a section, in order."""
@@ -40,11 +43,9 @@ def _range_text(key: Json) -> str:
     least, most = key["least"], key["most"]
     if least is None:
         return ""
-    if most is None:
-        return f"above {least:g}" if key["above"] else f"{least:g} or more"
     if key["above"]:
-        return f"above {least:g}, at most {most:g}"
-    return f"{least:g} to {'below ' if key['below'] else ''}{most:g}"
+        return f"above {least:g}" + ("" if most is None else f", at most {most:g}")
+    return f"{least:g} or more" if most is None else f"{least:g} to {'below ' if key['below'] else ''}{most:g}"
 
 
 def _default_text(key: Json) -> str:
@@ -64,25 +65,22 @@ def _meaning(key: Json) -> str:
     if key["type"] == "flag" and not key["means"].startswith("`"):
         return "`true`: " + key["means"]
     words = ", ".join(f'`"{word}"`' for word in key["words"]) if key["name"] != "model" else ""
-    facts = ", ".join(fact for fact in (key["unit"], _range_text(key), words) if fact)
+    facts = ", ".join(filter(None, (key["unit"], _range_text(key), words)))
     return f"{facts}; {key['means']}" if facts else key["means"]
 
 
 def _row(keys: Keys, key: Json) -> str:
     """One row of what sections have in common; empty but for the first of them."""
-    def header(section: str) -> str:
-        return f"[[{section}]]" if keys.section(section)["is_list"] else f"[{section}]"
-
     def told(one: Json) -> tuple[str, str, str]:
         return one["name"], _default_text(one), _meaning(one)
-
     alike = [other for other in keys.keys if told(other) == told(key)]
     if alike[0] is not key:
         return ""
-    cell = f"`{header(key['section'])} {key['name']}`" if key["section"] else f"`{key['name']}`"
+    name, default, meaning = told(key)
+    cell = f"`{keys.header(key['section'])} {name}`" if key["section"] else f"`{name}`"
     if len(alike) > 1:
-        cell = f"`{key['name']}` of " + ", ".join(f"`{header(other['section'])}`" for other in alike)
-    return f"| {cell} | {_default_text(key)} | {_meaning(key)} |\n"
+        cell = f"`{name}` of " + ", ".join(f"`{keys.header(other['section'])}`" for other in alike)
+    return f"| {cell} | {default} | {meaning} |\n"
 
 
 def _table(keys: Keys, sections: list[str]) -> str:
@@ -90,8 +88,8 @@ def _table(keys: Keys, sections: list[str]) -> str:
     for given in sections:
         section = keys.section("" if given == "scene" else given)
         if section["name"]:
-            header = f"[[{given}]]" if section["is_list"] else f"[{given}]"
-            text += f"| `{header}` | {'required' if section['required'] else ''} | {section['means']} |\n"
+            required = "required" if section["required"] else ""
+            text += f"| `{keys.header(given)}` | {required} | {section['means']} |\n"
         text += "".join(_row(keys, key) for key in keys.of(section["name"]))
     return text
 
@@ -111,47 +109,38 @@ def _list(items: Json, count: int) -> Json:
     return {"type": "array", "items": items, "minItems": count, "maxItems": count}
 
 
-def _either(a: Json, b: Json) -> Json:
-    return {"anyOf": [a, b]}
+def _either(*schemas: Json) -> Json:
+    return {"anyOf": [*schemas]}
 
 
 def _number(key: Json) -> Json:
     is_whole = key["type"] == "integer"
-    schema: Json = {"type": "integer" if is_whole else "number"}
-    for end, name in (("least", "exclusiveMinimum" if key["above"] else "minimum"),
-                      ("most", "exclusiveMaximum" if key["below"] else "maximum")):
-        if key[end] is not None:
-            schema[name] = int(key[end]) if is_whole else key[end]
-    return schema
+    limits = {"exclusiveMinimum" if key["above"] else "minimum": key["least"],
+              "exclusiveMaximum" if key["below"] else "maximum": key["most"]}
+    return {"type": "integer" if is_whole else "number",
+            **{name: int(limit) if is_whole else limit for name, limit in limits.items() if limit is not None}}
 
 
-def _by_law(name: str) -> Json:
-    """A material's key, whatever its law."""
-    number, text = {"type": "number"}, {"type": "string", "minLength": 1}
-    three = _list(number, 3)
-    known = {"axes": _list(three, 2), "around": _list(three, 2), "axes_field": _list(text, 2), "direction": three,
-             "direction_field": text,
-             "stiffening": {"type": "object", "minProperties": 1, "maxProperties": 3}}
-    return known.get(name, _either(number, three))
+_ANY, _TEXT = {"type": "number"}, {"type": "string", "minLength": 1}
+_THREE = _list(_ANY, 3)
+#: A material's keys, whatever its law; the others are a number or three.
+_BY_LAW = {"axes": _list(_THREE, 2), "around": _list(_THREE, 2), "axes_field": _list(_TEXT, 2), "direction": _THREE,
+           "direction_field": _TEXT, "stiffening": {"type": "object", "minProperties": 1, "maxProperties": 3}}
+#: Of types that have no range.
+_OF_TYPE = {"flag": {"type": "boolean"}, "text": _TEXT,
+            "nodes": {"type": "array", "items": {"type": "integer", "minimum": 0}, "uniqueItems": True,
+                      "maxItems": 1000},
+            "points": _either({"type": "integer", "minimum": 2, "maximum": 32},
+                              {"type": "array", "items": _THREE, "minItems": 2, "maxItems": 32})}
 
 
 def _value(key: Json) -> Json:
     number, words = _number(key), {"enum": key["words"]}
-    nodes = {"type": "array", "items": {"type": "integer", "minimum": 0}, "uniqueItems": True, "maxItems": 1000}
-    points = {"type": "array", "items": _list({"type": "number"}, 3), "minItems": 2, "maxItems": 32}
-    return {"number": _either(number, words) if key["words"] else number,
-            "integer": number,
-            "flag": {"type": "boolean"},
-            "text": {"type": "string", "minLength": 1},
-            "word": words,
-            "three": _list(number, 3),
-            "direction": _list(number, 3),
-            "one-or-three": _either(number, _list(number, 3)),
-            "six": _list(number, 6),
-            "box": _list(number, 6),
-            "nodes": nodes,
-            "points": _either({"type": "integer", "minimum": 2, "maximum": 32}, points),
-            "by-law": _by_law(key["name"])}[key["type"]]
+    of_range = {"number": _either(number, words) if key["words"] else number, "integer": number, "word": words,
+                "three": _list(number, 3), "direction": _list(number, 3),
+                "one-or-three": _either(number, _list(number, 3)), "six": _list(number, 6), "box": _list(number, 6),
+                "by-law": _BY_LAW.get(key["name"], _either(_ANY, _THREE))}
+    return {**_OF_TYPE, **of_range}[key["type"]]
 
 
 def _plain(text: str) -> str:
@@ -160,11 +149,8 @@ def _plain(text: str) -> str:
 
 
 def _key(key: Json) -> Json:
-    schema = _value(key)
-    schema["description"] = _plain(f"{key['unit']}; {key['means']}" if key["unit"] else key["means"])
-    if key["fallback"] is not None:
-        schema["default"] = key["fallback"]
-    return schema
+    means = _plain(f"{key['unit']}; {key['means']}" if key["unit"] else key["means"])
+    return {**_value(key), "description": means, **({} if key["fallback"] is None else {"default": key["fallback"]})}
 
 
 def _condition(keys: Keys, text: str, inside: str) -> Json:
@@ -178,7 +164,8 @@ def _condition(keys: Keys, text: str, inside: str) -> Json:
             default = keys.defaults.get(section, {}).get(name)
             is_number = isinstance(default, (int, float)) and not isinstance(default, bool)
             holds_without = is_number and default > wanted if sign == ">" else default == wanted
-            table["properties"] = {name: {"type": "number", "exclusiveMinimum": wanted} if sign == ">" else {"const": wanted}}
+            holds = {"type": "number", "exclusiveMinimum": wanted} if sign == ">" else {"const": wanted}
+            table["properties"] = {name: holds}
         if not holds_without:
             table["required"] = [name]
     if section == inside:
@@ -203,7 +190,7 @@ def _place_of(rule: Json) -> str:
 
 def _rule(keys: Keys, rule: Json, inside: str) -> Json:
     others = [_condition(keys, one, inside) for one in rule["other"].split("|")]
-    wanted: Json = {"excludes": {"not": others[0]}, "one-of": {"oneOf": others}, "needs": {"anyOf": others}}[rule["kind"]]
+    wanted = {"excludes": {"not": others[0]}, "one-of": {"oneOf": others}, "needs": _either(*others)}[rule["kind"]]
     if rule["subject"] == inside:
         return wanted
     return {"if": _condition(keys, rule["subject"], inside), "then": wanted}
@@ -222,17 +209,12 @@ def _table_schema(keys: Keys, section: Json) -> Json:
     properties = {key["name"]: _key(key) for key in own}
     if "name" in properties:
         properties["name"]["pattern"] = "^[A-Za-z][A-Za-z0-9_-]{0,63}$"
-    schema = {"type": "object", "description": _plain(section["means"]), "additionalProperties": False,
-              "properties": properties}
-    required = [key["name"] for key in own if key["required"]]
     rules = [_rule(keys, rule, section["name"]) for rule in keys.rules if _place_of(rule) == section["name"]]
     if "law" in properties:
         rules.append(_isotropic(keys))
-    if required:
-        schema["required"] = required
-    if rules:
-        schema["allOf"] = rules
-    return schema
+    lists = {"required": [key["name"] for key in own if key["required"]], "allOf": rules}
+    return {"type": "object", "description": _plain(section["means"]), "additionalProperties": False,
+            "properties": properties, **{name: entries for name, entries in lists.items() if entries}}
 
 
 def schema_text(keys: Keys) -> str:

@@ -9,18 +9,41 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from lab import LabError
+from lab import LabError, build
 from lab.numbers import write_file
 
 Scene = dict[str, Any]
 
 
-def read(file: Path) -> Scene:
-    """Its mesh file's path as it leads from anywhere."""
+def read(name: str | Path) -> Scene:
+    """A file, or one of meshes/ by its name. The path of its mesh leads there from anywhere; it has no columns."""
+    file = name if isinstance(name, Path) else Path(f"meshes/{name}.toml")
     scene = tomllib.loads(file.read_text(encoding="utf-8"))
     if "file" in scene["mesh"]:
         scene["mesh"]["file"] = str((file.parent / scene["mesh"]["file"]).resolve())
-    return scene
+    return vary(scene, tables={"columns": "none"})
+
+
+def vary(scene: Scene, **sections: Any) -> Scene:
+    """The scene with other keys in its tables, and other lists; None takes a key, a table or a list away."""
+    varied = {**scene}
+    for name, keys in sections.items():
+        varied[name] = _with({**varied.get(name, {}), **keys}) if isinstance(keys, dict) else keys
+    return _with(varied)
+
+
+def _with(table: Scene) -> Scene:
+    return {key: value for key, value in table.items() if value is not None}
+
+
+def contact(force: str, radius: float, **more: Any) -> Scene:
+    """A whole table [contact]. radius: m, of a mask; points have none."""
+    return {"force": force, **({"mask_radius": radius} if force == "pressure-mask" else {}), **more}
+
+
+def touched(scene: Scene, force: str, radius: float = 0.0, **more: Any) -> Scene:
+    """The scene with that table [contact]."""
+    return {**scene, "contact": contact(force, radius, **more)}
 
 
 def to_toml(scene: Scene) -> str:
@@ -30,23 +53,22 @@ def to_toml(scene: Scene) -> str:
             return "{ " + ", ".join(f"{key} = {inline(entry)}" for key, entry in value.items()) + " }"
         return json.dumps(value)
 
-    def line(key: str, value: Any) -> str:
-        return f"{key} = {inline(value)}\n"
-    text = "".join(line(key, value) for key, value in scene.items() if not isinstance(value, (dict, list)))
+    def lines(table: Scene) -> str:
+        return "".join(f"{key} = {inline(value)}\n" for key, value in table.items())
+    text = lines({key: value for key, value in scene.items() if not isinstance(value, (dict, list))})
     for key, value in scene.items():
         for table in value if isinstance(value, list) else [value] if isinstance(value, dict) else []:
-            head = f"[[{key}]]\n" if isinstance(value, list) else f"[{key}]\n"
-            text += "\n" + head + "".join(line(*item) for item in table.items())
+            text += (f"\n[[{key}]]\n" if isinstance(value, list) else f"\n[{key}]\n") + lines(table)
     return text
 
 
-def precompute(scene: Scene, folder: Path, build: Path, *options: str) -> dict[str, Any]:
+def precompute(scene: Scene, folder: Path, *options: str) -> dict[str, Any]:
     """Tables of the scene in `folder`, made anew; its summary. The scene's file stands beside it. Raises LabError with
     what the program says."""
     file = folder.with_suffix(".toml")
     write_file(file, to_toml(scene))
-    ended = subprocess.run([str(build / "bin/haptable-precompute"), str(file), "-o", str(folder), "--force", "--quiet",
-                            *options], stderr=subprocess.PIPE, text=True, check=False)
+    ended = subprocess.run([build() / "bin/haptable-precompute", file, "-o", folder, "--force", "--quiet", *options],
+                           stderr=subprocess.PIPE, text=True, check=False)
     if ended.returncode != 0:
         raise LabError(f"{ended.stderr.strip()} (haptable-precompute ended with status {ended.returncode})")
     summary: dict[str, Any] = json.loads((folder / "summary.json").read_text(encoding="utf-8"))

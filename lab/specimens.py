@@ -4,21 +4,22 @@ itself is there."""
 
 from __future__ import annotations
 
+import itertools
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from lab import LabError, scenes
-from lab.numbers import Topics, number
+from lab import LabError, say, scenes
+from lab.numbers import Topic, Topics, percent, table
 from lab.reference import Array, Bricks, Footprint, Indices, Mesh, Solid, Tetrahedra, graded, positive
-from lab.scenes import Scene
+from lab.scenes import Scene, vary
 
 PLACES = 12
-_COARSE, _MIDDLE, _FINE = range(3)
+COARSE, MIDDLE, FINE = range(3)
 
 
 # ---- meshes --------------------------------------------------------------------------------------------------------
@@ -45,62 +46,45 @@ def read_vtu(file: Path) -> Mesh:
     return Mesh(*read_elements(file))
 
 
-def mesh_of(scene: Scene, folder: Path, build: Path) -> Mesh:
+def mesh_of(scene: Scene, folder: Path) -> Mesh:
     """Of linear tetrahedra, by a run of haptable-precompute into `folder`."""
-    plain = {**scene, "mesh": {k: v for k, v in scene["mesh"].items() if k != "element"},
-             "contact": {}, "tables": {"columns": "none"}}
-    scenes.precompute(plain, folder, build)
+    scenes.precompute(vary(scene, mesh={"element": None}, contact=None, tables={"columns": "none"}), folder)
     return read_vtu(folder / "mesh.vtu")
 
 
 def write_tetgen(mesh: Mesh, file: Path) -> Path:
     """NAME.node and NAME.ele; the first of them."""
     file.parent.mkdir(parents=True, exist_ok=True)
-    node, ele = file.with_suffix(".node"), file.with_suffix(".ele")
-    node.write_text(f"{len(mesh.x)} 3 0 0\n" + "".join(f"{i} {x!r} {y!r} {z!r}\n" for i, (x, y, z) in
-                                                        enumerate(mesh.x.tolist())), encoding="utf-8")
-    ele.write_text(f"{len(mesh.tets)} 4 0\n" + "".join(f"{i} {a} {b} {c} {d}\n" for i, (a, b, c, d) in
-                                                       enumerate(mesh.tets.tolist())), encoding="utf-8")
-    return node
+    for ending, rows, form, head in ((".node", mesh.x, "%d" + 3 * " %.17g", "3 0 0"), (".ele", mesh.tets, "%d", "4 0")):
+        np.savetxt(file.with_suffix(ending), np.column_stack([np.arange(len(rows)), rows]), form, comments="",
+                   header=f"{len(rows)} {head}")
+    return file.with_suffix(".node")
 
 
 def cells(count: Sequence[int]) -> Mesh:
     """A unit cube of cells, each cut into six tetrahedra along its diagonal: count of them along x, y, z."""
     nx, ny, nz = count
-    number_of = np.arange((nx + 1) * (ny + 1) * (nz + 1)).reshape(nz + 1, ny + 1, nx + 1)
-    low = np.array(np.meshgrid(range(nz), range(ny), range(nx), indexing="ij")).reshape(3, -1)
-    tets = []
-    for way in ((0, 1, 2), (1, 2, 0), (2, 0, 1), (0, 2, 1), (2, 1, 0), (1, 0, 2)):
-        at, corners = low.copy(), []
-        for axis in (None, *way):
-            if axis is not None:
-                at[2 - axis] += 1
-            corners.append(number_of[tuple(at)])
-        tets.append(np.stack(corners, 1))
-    z, y, x = np.indices(number_of.shape).reshape(3, -1)
+    z, y, x = np.indices((nz + 1, ny + 1, nx + 1)).reshape(3, -1)
+    low = np.flatnonzero((x < nx) & (y < ny) & (z < nz))
+    steps = np.array([1, nx + 1, (nx + 1) * (ny + 1)])
+    ways = [np.cumsum([0, *steps[list(way)]]) for way in itertools.permutations(range(3))]
     points = np.stack([x / nx, y / ny, z / nz], 1)
-    return Mesh(points, positive(points, np.stack(tets, 1).reshape(-1, 4)))
+    return Mesh(points, positive(points, (low[:, None, None] + np.array(ways)).reshape(-1, 4)))
 
 
 def grid(planes: Sequence[Array]) -> Mesh:
     """The cells between planes in five tetrahedra each, neighbours mirrored."""
     nx, ny, nz = (len(p) for p in planes)
-    corner = np.arange(nx * ny * nz).reshape(nz, ny, nx)
-    tets = []
-    fives = {0: ("000", ("000", "110", "101", "011")), 1: ("100", ("100", "010", "001", "111"))}
+    number_of = np.arange(nx * ny * nz).reshape(nz, ny, nx)
     k, j, i = np.indices((nz - 1, ny - 1, nx - 1)).reshape(3, -1)
-
-    def node(x: int, y: int, z: int) -> Indices:
-        return corner[k + z, j + y, i + x]
-    for parity, (_, ends) in fives.items():
+    corners, tets = np.indices((2, 2, 2)).reshape(3, -1).T, []
+    for parity in (0, 1):
         here = (i + j + k) % 2 == parity
-        ends_at = [tuple(int(c) for c in e) for e in ends]
-        inner = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1) if (x, y, z) not in ends_at]
-        tets.append(np.stack([node(*p)[here] for p in inner], 1))
-        for e in ends_at:
-            beside = [tuple(1 - v if c == a else v for a, v in enumerate(e)) for c in range(3)]
-            tets.append(np.stack([node(*p)[here] for p in (e, *beside)], 1))
-    z, y, x = np.indices(corner.shape).reshape(3, -1)
+        is_end = corners.sum(1) % 2 == parity
+        beside = [[end, *(end ^ np.eye(3, dtype=int))] for end in corners[is_end]]
+        for tet in (corners[~is_end], *beside):
+            tets.append(np.stack([number_of[k + z, j + y, i + x][here] for x, y, z in tet], 1))
+    z, y, x = np.indices(number_of.shape).reshape(3, -1)
     points = np.stack([planes[0][x], planes[1][y], planes[2][z]], 1)
     return Mesh(points, positive(points, np.vstack(tets)))
 
@@ -152,44 +136,40 @@ class Truth:
 
 def cube_scene(side: int, poisson: float, top: bool = True) -> Scene:
     """The paper's cube of 30 mm, held at its base; its top may be touched, or all of it."""
-    scene: Scene = {"name": f"cube{side}-{100 * poisson:.0f}",
-                    "mesh": {"generate": "cube", "nodes_per_side": side, "side": 0.03},
-                    "material": {"young": 1e4, "poisson": poisson},
-                    "fixed": [{"box": [-1.0, -1.0, -1.0, 1.0, 1.0, 1e-9]}], "tables": {"columns": "none"}}
-    if top:
-        scene["touch"] = [{"box": [-1.0, -1.0, 0.03 - 1e-9, 1.0, 1.0, 1.0]}]
-    return scene
+    return vary({"name": f"cube{side}-{100 * poisson:.0f}",
+                 "mesh": {"generate": "cube", "nodes_per_side": side, "side": 0.03},
+                 "material": {"young": 1e4, "poisson": poisson},
+                 "fixed": [{"box": [-1.0, -1.0, -1.0, 1.0, 1.0, 1e-9]}], "tables": {"columns": "none"}},
+                touch=[{"box": [-1.0, -1.0, 0.03 - 1e-9, 1.0, 1.0, 1.0]}] if top else None)
 
 
 def _cubes(poisson: float, quick: bool) -> Specimen:
-    sides = [side for side in (5, 9, 13, 17, 25, 33) if not quick or side <= 13]
     return Specimen(f"cube, nu {poisson}", 0.005, [
-        Meshed(f"{side} a side", cube_scene(side, poisson), _FINE if side > 17 else _MIDDLE if side > 9 else _COARSE,
-               side)
-        for side in sides])
+        Meshed(f"{side} a side", cube_scene(side, poisson), fineness, side)
+        for side, fineness in ((5, COARSE), (9, COARSE), (13, MIDDLE), (17, MIDDLE), (25, FINE), (33, FINE))
+        if not quick or side <= 13])
 
 
-def _from_file(name: str, radius: float, quick: bool, folder: Path, build: Path) -> Specimen:
+def _from_file(name: str, radius: float, quick: bool, folder: Path) -> Specimen:
     """A scene of meshes/ as it is, and with its tetrahedra in eight."""
-    scene = scenes.read(Path(f"meshes/{name}.toml"))
-    scene["tables"] = {**scene.get("tables", {}), "columns": "none"}
-    mesh = mesh_of(scene, folder / f"{name}-mesh", build)
-    meshes = [Meshed(f"{len(mesh.x):,} nodes", scene, _MIDDLE)]
+    scene = scenes.read(name)
+    mesh = mesh_of(scene, folder / f"{name}-mesh")
+    meshes = [Meshed(f"{len(mesh.x):,} nodes", scene, MIDDLE)]
     if not quick:
         fine = mesh.in_eight()
         file = write_tetgen(fine, folder / f"{name}-in-eight")
         meshes.append(Meshed(f"{len(fine.x):,} nodes", {**scene, "name": f"{name}-in-eight",
-                                                         "mesh": {"file": str(file.resolve())}}, _FINE))
+                                                        "mesh": {"file": str(file.resolve())}}, FINE))
     return Specimen(name, radius, meshes)
 
 
-def specimens(quick: bool, folder: Path, build: Path) -> list[Specimen]:
+def specimens(quick: bool, folder: Path) -> list[Specimen]:
     """The cubes (nu 0.3 and 0.49), the mouse and the liver; quick: with fewer meshes. Files are written into folder."""
-    return [_cubes(0.3, quick), _cubes(0.49, quick), _from_file("mouse", 0.010, quick, folder, build),
-            _from_file("liver", 0.015, quick, folder, build)]
+    return [_cubes(0.3, quick), _cubes(0.49, quick), _from_file("mouse", 0.010, quick, folder),
+            _from_file("liver", 0.015, quick, folder)]
 
 
-def is_held(scene: Scene) -> Any:
+def is_held(scene: Scene) -> Callable[[Array], Any]:
     """Of points [N, 3]: whether a box of the scene holds them."""
     boxes = [np.array(fixed["box"]) for fixed in scene["fixed"]]
     return lambda x: np.any([((x >= b[:3]) & (x <= b[3:])).all(1) for b in boxes], axis=0)
@@ -240,56 +220,51 @@ def cube_body(poisson: float, inner: int, outer: int) -> Bricks:
     return Bricks([across, across, graded(0.0, 0.03, 0.021, 0.03, inner // 2, outer + 1)], 1e4, poisson)
 
 
-def solve_truth(bodies: Sequence[Any], places: Sequence[Place], radius: float) -> list[Truth]:
-    """bodies: the finer one last. Minutes."""
-    stiffness = []
-    for body in bodies:
-        solid: Solid = body()
-        stiffness.append(np.linalg.inv(solid.compliances([solid.shares(Footprint(p.on, radius)) for p in places])))
-    truths = [Truth(place, s) for place, s in zip(places, stiffness[-1])]
-    return [Truth(t.place, t.stiffness, Truth(t.place, s).normal / t.normal - 1.0) for t,
-            s in zip(truths, stiffness[0])]
+def normals(body: Solid, places: Sequence[Place], radius: float) -> Array:
+    """n . S n, N/m, under a finger of this radius at each place."""
+    stiffness = body.stiffness([Footprint(place.on, radius) for place in places])
+    return np.array([place.outward @ s @ place.outward for place, s in zip(places, stiffness)])
 
 
-def truths(folder: Path, build: Path) -> list[tuple[str, list[Truth]]]:
-    solved = []
-    for specimen in specimens(True, folder, build):
-        scene = specimen.meshes[0].scene
-        print(f"bench: the body itself: {specimen.name}", flush=True)
-        if specimen.meshes[0].side:
-            nu = scene["material"]["poisson"]
-            bodies = [lambda: cube_body(nu, 10, 3), lambda: cube_body(nu, 14, 4)]  # noqa: B023
-            places = spiral((0.015, 0.015, 0.03), 0.008, PLACES)
-        else:
-            mesh = read_vtu(folder / f"{specimen.name}-mesh/mesh.vtu")
-            bodies = [lambda: reference(scene, mesh), lambda: reference(scene, mesh.in_eight())]  # noqa: B023
-            surface = np.load(folder / f"{specimen.name}-mesh/surface.npy").astype(np.int64)
-            places = mesh_places(bodies[0](), surface, specimen.radius)
-        solved.append((specimen.name, solve_truth(bodies, places, specimen.radius)))
-    return solved
+def truths(specimen: Specimen, folder: Path) -> list[Truth]:
+    """Minutes."""
+    meshed = specimen.meshes[0]
+    say("the body itself:", specimen.name)
+    if meshed.side:
+        nu = meshed.scene["material"]["poisson"]
+        bodies: Sequence[Solid] = (cube_body(nu, 14, 4), cube_body(nu, 10, 3))
+        places = spiral((0.015, 0.015, 0.03), 0.008, PLACES)
+    else:
+        mesh = read_vtu(folder / f"{specimen.name}-mesh/mesh.vtu")
+        bodies = [reference(meshed.scene, of) for of in (mesh.in_eight(), mesh)]
+        surface = np.load(folder / f"{specimen.name}-mesh/surface.npy").astype(np.int64)
+        places = mesh_places(bodies[1], surface, specimen.radius)
+    fine = bodies[0].stiffness([Footprint(place.on, specimen.radius) for place in places])
+    coarse = normals(bodies[1], places, specimen.radius)
+    return [Truth(place, s, along / (place.outward @ s @ place.outward) - 1.0)
+            for place, s, along in zip(places, fine, coarse)]
 
 
-def truth_table(solved: list[tuple[str, list[Truth]]]) -> dict[str, Any]:
+def truth_table(folder: Path) -> Topic:
     rows = []
-    for name, of_body in solved:
-        for t in of_body:
+    for specimen in specimens(True, folder):
+        for t in truths(specimen, folder):
             x, s = t.place.on, t.stiffness
-            rows.append([name,
+            rows.append([specimen.name,
                          {"value": [*x, *t.place.outward], "text": ", ".join(f"{1e3 * v:.1f}" for v in x) + " mm"},
                          {"value": [s[0, 0], s[1, 1], s[2, 2], s[0, 1], s[1, 2], s[2, 0]],
-                          "text": f"{t.normal:.1f} N/m"},
-                         number(t.coarser, f"{100.0 * t.coarser:+.2f} %")])
-    return {"columns": ["body", "place", "stiffness along the normal", "on the coarser mesh"], "rows": rows}
+                          "text": f"{t.normal:.1f} N/m"}, percent(t.coarser, "{:+.2f} %")])
+    return table("body | place | stiffness along the normal | on the coarser mesh", rows)
 
 
 def truth_of(topics: Topics, specimen: str) -> list[Truth]:
     """As docs/numbers.json has it. Raises LabError where a specimen has none."""
     found = []
     for name, place, stiffness, coarser in topics.get("truth", {"rows": []})["rows"]:
-        if name != specimen:
-            continue
-        x, (xx, yy, zz, xy, yz, zx) = np.array(place["value"]), stiffness["value"]
-        found.append(Truth(Place(x[:3], x[3:]), np.array([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]]), coarser["value"]))
+        if name == specimen:
+            x, (xx, yy, zz, xy, yz, zx) = np.array(place["value"]), stiffness["value"]
+            s = np.array([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]])
+            found.append(Truth(Place(x[:3], x[3:]), s, coarser["value"]))
     if not found:
         raise LabError(f"{specimen}: docs/numbers.json has no truth of it; run make bench-large PART=truth")
     return found

@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from lab import LabError, scenes
+from lab import LabError, say, scenes
 from lab.calculix import Deck, forces
 from lab.large_strain import aside
-from lab.numbers import Topics, number
+from lab.numbers import Topics, number, percent, table
 from lab.reference import Array
-from lab.scenes import Scene
+from lab.scenes import Scene, touched, vary
 from lab.specimens import is_held, read_elements
 
 YEOH = (5.0, 0.0)
@@ -63,16 +63,10 @@ class Finger:
 def stiffening_scene(body: str) -> Scene:
     """A finger that sticks and is held, so that it goes every way."""
     name, side, radius = BODIES[body]
-    scene = scenes.read(Path(f"meshes/{name}.toml"))
-    scene["name"] = f"{body}-stiffens"
-    scene["material"] = {**scene["material"], "stiffening": {"yeoh": list(YEOH)}}
-    if side:
-        scene["mesh"]["nodes_per_side"] = side
-        scene["material"]["poisson"] = 0.45
-    scene["contact"] = {"force": "pressure-mask", "mask_radius": radius, "friction": 0.5, "grab": True}
-    scene["device"] = {"max_force": 100.0}
-    scene["tables"] = {"columns": "none"}
-    return scene
+    cube = {"mesh": {"nodes_per_side": side}, "material": {"poisson": 0.45}} if side else {}
+    scene = touched(vary(scenes.read(name), **cube), "pressure-mask", radius, friction=0.5, grab=True)
+    return {**vary(scene, name=f"{body}-stiffens", material={"stiffening": {"yeoh": list(YEOH)}}),
+            "device": {"max_force": 100.0}}
 
 
 def fingers(folder: Path, fitted: Sequence[int]) -> list[Finger]:
@@ -96,70 +90,51 @@ def fingers(folder: Path, fitted: Sequence[int]) -> list[Finger]:
     return found
 
 
-def felt(deck: Deck, finger: Finger, way: Array, deepest: float, folder: Path) -> list[tuple[Array, Array]]:
-    """Displacement [3] m and CalculiX's force [3] N, a level each."""
-    moved = [deepest * level / LEVELS * way for level in range(1, LEVELS + 1)]
-    return list(zip(moved, forces(deck, finger.nodes, finger.weights, moved, folder)))
-
-
-def reach(finger: Finger, way: Array, extent: float, force: float) -> float:
-    """m: as deep as the curve was fitted: so much of the extent, or until the linear force is the limit."""
-    return min(DEEPEST * extent, force / float(np.linalg.norm(finger.stiffness @ way)))
-
-
-def measure(body: str, folder: Path, build: Path) -> list[list[Any]]:
-    """Rows of the curve: body, place, way, depth, force along the way by CalculiX, and what the tables lack of it."""
+def measure(body: str, folder: Path) -> list[list[Any]]:
+    """Rows of the curve: body, place, way, depth, force along the way by CalculiX, and what the tables lack of it. As
+    deep as the curve was fitted: so much of the extent, or until the linear force is the limit."""
     scene = stiffening_scene(body)
     tables = folder / scene["name"]
-    fit = scenes.precompute(scene, tables, build)["stiffening"]
+    fit = scenes.precompute(scene, tables)["stiffening"]
     curve = Curve(tuple(fit["curve"]), fit["energy_j"])
     x, tets = read_elements(tables / "mesh.vtu")
     deck = Deck(x, tets, np.flatnonzero(is_held(scene)(x)), scene["material"]["young"], scene["material"]["poisson"],
                 large_strain=True, yeoh=YEOH)
-    extent = float(np.ptp(x, axis=0).min())
-    pressed = fingers(tables, [place["node"] for place in fit["by_place"]])
-    limit = float(np.median([DEEPEST * extent * place["pressed_n_per_m"] for place in fit["by_place"]]))
+    deepest = DEEPEST * float(np.ptp(x, axis=0).min())
+    limit = float(np.median([deepest * place["pressed_n_per_m"] for place in fit["by_place"]]))
     rows: list[list[Any]] = []
-    for place, finger in enumerate(pressed):
+    for place, finger in enumerate(fingers(tables, [place["node"] for place in fit["by_place"]])):
         n, t = finger.outward, aside(finger.outward)
         for name, way in zip(WAYS, (-n, (t - n) / 2**0.5, t, n)):
-            print(f"bench: stiffening: {body}, place {place}, {name}", flush=True)
-            deepest = reach(finger, way, extent, limit)
-            for u, force in felt(deck, finger, way, deepest, folder / f"{body}-{place}-{name}"):
-                off = [float(np.linalg.norm(finger.force(u, law) - force) / np.linalg.norm(force))
-                       for law in (curve, None)]
-                depth, along = float(u @ way), float(force @ way)
-                rows.append([body, str(place), name, number(depth, f"{1e3 * depth:.2f} mm"),
-                             number(along, f"{along:.3f} N"),
-                             *(number(float(finger.force(u, law) @ way), f"{float(finger.force(u, law) @ way):.3f} N")
-                               for law in (curve, None)),
-                             *(number(part, f"{100.0 * part:.1f} %") for part in off)])
+            say(f"stiffening: {body}, place {place}, {name}")
+            depth = min(deepest, limit / float(np.linalg.norm(finger.stiffness @ way)))
+            moved = [depth * level / LEVELS * way for level in range(1, LEVELS + 1)]
+            held = forces(deck, finger.nodes, finger.weights, moved, folder / f"{body}-{place}-{name}")
+            for u, force in zip(moved, held):
+                ours = [finger.force(u, law) for law in (curve, None)]
+                rows.append([body, str(place), name, number(float(u @ way), "{:.2f} mm", 1e3),
+                             *(number(float(f @ way), "{:.3f} N") for f in (force, *ours)),
+                             *(percent(float(np.linalg.norm(f - force) / np.linalg.norm(force)), "{:.1f} %")
+                               for f in ours)])
     return rows
-
-
-COLUMNS = ["body", "place", "way", "depth", "CalculiX", "stiffened", "linear", "stiffened is off", "linear is off"]
 
 
 def limits(rows: Sequence[list[Any]]) -> list[list[Any]]:
     """A row a body: its deepest dent, and what is off of the linear force and of the stiffened one, root mean square,
     by way and over all; the worst."""
-    table: list[list[Any]] = []
+    made: list[list[Any]] = []
     for body in dict.fromkeys(row[0] for row in rows):
         of_body = [row for row in rows if row[0] == body]
-        depth = max(row[3]["value"] for row in of_body)
-        cells: list[Any] = [body, number(depth, f"{1e3 * depth:.1f} mm")]
-
-        def cell(linear: float, stiffened: float) -> Any:
-            return {"value": [linear, stiffened], "text": f"{100.0 * linear:.0f}, {100.0 * stiffened:.1f} %"}
-
-        for ways in (*([way] for way in WAYS), WAYS):
-            off = np.array([[row[8]["value"], row[7]["value"]] for row in of_body if row[2] in ways])
-            cells.append(cell(*np.sqrt((off**2).mean(0)).tolist()))
-        table.append([*cells, cell(*off.max(0).tolist())])
-    return table
+        off = [np.array([[row[8]["value"], row[7]["value"]] for row in of_body if row[2] in ways])
+               for ways in (*([way] for way in WAYS), WAYS)]
+        cells = [*(np.sqrt((one**2).mean(0)) for one in off), off[-1].max(0)]
+        made.append([body, number(max(row[3]["value"] for row in of_body), "{:.1f} mm", 1e3),
+                     *(number(cell.tolist(), "{:.0f}, {:.1f} %", 100) for cell in cells)])
+    return made
 
 
-def stiffening(_: Topics, folder: Path, build: Path) -> Topics:
-    rows = [row for body in BODIES for row in measure(body, folder, build)]
-    return {"stiffening": {"columns": ["body", "to", *WAYS, "all", "worst"], "rows": limits(rows)},
-            "stiffening-curve": {"columns": COLUMNS, "rows": rows}}
+def stiffening(_: Topics, folder: Path) -> Topics:
+    rows = [row for body in BODIES for row in measure(body, folder)]
+    return {"stiffening": table(f"body | to | {' | '.join(WAYS)} | all | worst", limits(rows)),
+            "stiffening-curve": table("body | place | way | depth | CalculiX | stiffened | linear | stiffened is off | "
+                                      "linear is off", rows)}

@@ -11,7 +11,8 @@ from typing import Any
 
 import pandas as pd
 
-from lab.numbers import Topics, count, number, write_topics
+from lab.numbers import Topic, Topics, count, number, table, write_topics
+
 
 def source_identity(folder: Path) -> str:
     """A hash of the C sources and headers in a folder, without comments and white space."""
@@ -23,8 +24,8 @@ def source_identity(folder: Path) -> str:
 
 
 def kind_of(mode: dict[str, Any]) -> str:
-    return (("tool" if mode["tool"] else "two" if mode["fingers"] == 2 else "one") + (", free" if mode["free"] else ", held")
-            + (", rings" if mode["rings"] else ""))
+    touching = "tool" if mode["tool"] else "two" if mode["fingers"] == 2 else "one"
+    return touching + (", free" if mode["free"] else ", held") + (", rings" if mode["rings"] else "")
 
 
 def _frame(counts: dict[str, Any]) -> pd.DataFrame:
@@ -43,22 +44,21 @@ def _faults(sums: pd.Series, faults: list[str]) -> str:
     return ", ".join(f"{sums[fault]} {fault.removeprefix('fault ')}" for fault in faults if sums[fault]) or "0"
 
 
-def _fault_table(tallies: pd.DataFrame, columns: dict[str, str], faults: list[str]) -> dict[str, Any]:
+def _fault_table(tallies: pd.DataFrame, columns: dict[str, str], faults: list[str]) -> Topic:
     """columns: how the page calls what is summed by."""
     sums = tallies.groupby(list(columns), sort=False)[["strokes", *faults]].sum().reset_index()
-    return {"columns": [*columns.values(), "strokes", *(f.removeprefix("fault ") for f in faults)],
-            "rows": [[*row[:len(columns)], *map(count, row[len(columns):])] for row in sums.to_numpy().tolist()]}
+    return table([*columns.values(), "strokes", *(f.removeprefix("fault ") for f in faults)],
+                 [[*row[:len(columns)], *map(count, row[len(columns):])] for row in sums.to_numpy().tolist()])
 
 
-def _mesh_table(counts: dict[str, Any], tallies: pd.DataFrame, faults: list[str]) -> dict[str, Any]:
+def _mesh_table(counts: dict[str, Any], tallies: pd.DataFrame, faults: list[str]) -> Topic:
     """A row a mesh with a column a way of touching it, all forces and god-objects together."""
     sums = tallies.groupby(["body", "kind"], sort=False)[["strokes", *faults]].sum()
     kinds = list(dict.fromkeys(tallies["kind"]))
-    return {"columns": ["mesh", "nodes", "strokes", *kinds],
-            "rows": [[body["name"] + (", filled" if body["filled"] else ""), f"{body['nodes']:,}",
-                      count(int(sums.loc[k]["strokes"].sum())),
-                      *(_faults(sums.loc[k, kind], faults) for kind in kinds)]
-                     for k, body in enumerate(counts["bodies"])]}
+    return table(["mesh", "nodes", "strokes", *kinds],
+                 [[body["name"] + (", filled" if body["filled"] else ""), f"{body['nodes']:,}",
+                   count(int(sums.loc[k]["strokes"].sum())), *(_faults(sums.loc[k, kind], faults) for kind in kinds)]
+                  for k, body in enumerate(counts["bodies"])])
 
 
 def _reason(why: str) -> str:
@@ -67,26 +67,25 @@ def _reason(why: str) -> str:
     return rest if rest and "/" in head else why
 
 
-def _design_table(tallies: pd.DataFrame) -> dict[str, Any]:
+def _design_table(tallies: pd.DataFrame) -> Topic:
     """What is by design, and how often, by god-object."""
     sums = tallies.groupby("god_object", sort=False).sum(numeric_only=True)
 
     def shares(what: str, part: str) -> list[Any]:
-        return [what, *(number(share, f"{100 * share:.2g} %" if share else "0")
+        return [what, *(number(share, "{:.2g} %" if share else "0", 100)
                         for share in (sums[part] / sums["strokes"].clip(lower=1)).tolist())]
     rates = (1e6 * sums["limits"] / sums["contact_ticks"].clip(lower=1)).tolist()
-    return {"columns": ["by design", *sums.index],
-            "rows": [shares("strokes with a tick in free air, the god-object behind a part", "behind_strokes"),
-                     shares("and more than 20 such ticks on end", "long_behind_strokes"),
-                     ["motions of a tick through a part that were not felt",
-                      *map(count, sums["passed_motions"].tolist())],
-                     shares("strokes that met `max_force`", "clamped_strokes"),
-                     ["limits of walks, slides and searches, in a million ticks in contact",
-                      *(number(rate, f"{round(rate):,}") for rate in rates)]]}
+    return table(["by design", *sums.index], [
+        shares("strokes with a tick in free air, the god-object behind a part", "behind_strokes"),
+        shares("and more than 20 such ticks on end", "long_behind_strokes"),
+        ["motions of a tick through a part that were not felt", *map(count, sums["passed_motions"].tolist())],
+        shares("strokes that met `max_force`", "clamped_strokes"),
+        ["limits of walks, slides and searches, in a million ticks in contact",
+         *(number(rate, "{:,.0f}") for rate in rates)]])
 
 
-def _minutes(s: float) -> dict[str, Any]:
-    return number(s, f"{s / 60:.1f} minutes")
+def _minutes(s: float) -> Topic:
+    return number(s, "{:.1f} minutes", 1 / 60)
 
 
 def tables(counts: dict[str, Any], firmware: Path = Path("firmware")) -> Topics:
@@ -98,17 +97,16 @@ def tables(counts: dict[str, Any], firmware: Path = Path("firmware")) -> Topics:
         "strokes-firmware": number(int(identity[:8], 16), identity),
         "strokes-count": count(total["strokes"]), "strokes-ticks": count(total["ticks"]),
         "strokes-contact": count(total["contact_ticks"]), "strokes-both": count(total["both_ticks"]),
-        "strokes-area": number(total["most_area"], f"{total['most_area'] * 2**24:.2g}"),
+        "strokes-area": number(total["most_area"], "{:.2g}", 2**24),
         "strokes-broken": count(len(total["broken"])), "strokes-bodies": count(len(counts["bodies"])),
         "strokes-seed": count(counts["seed"]), "strokes-cpu": _minutes(total["cpu_s"]),
-        "strokes-cpu-rate": number(each_s, f"{each_s:.0f} s"),
+        "strokes-cpu-rate": number(each_s, "{:.0f} s"),
         "strokes-cpu-tables": _minutes(sum(body["tables_cpu_s"] for body in counts["bodies"])),
         "strokes-modes": _fault_table(tallies, {"force": "force", "god_object": "god-object", "friction": "friction"},
                                       faults),
         "strokes-kinds": _fault_table(tallies, {"kind": "fingers and body"}, faults),
         "strokes-meshes": _mesh_table(counts, tallies, faults),
-        "strokes-left-out": {"columns": ["left out", "why"],
-                             "rows": [[one["name"], _reason(one["why"])] for one in counts["left_out"]]},
+        "strokes-left-out": table("left out | why", [[one["name"], _reason(one["why"])] for one in counts["left_out"]]),
         "contact-by-design": _design_table(tallies)}
 
 

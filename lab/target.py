@@ -12,24 +12,25 @@ from typing import Any
 
 import numpy as np
 
-from lab import LabError, scenes, told
+from lab import LabError, build, say, scenes, told
 from lab.error import FORCES
-from lab.numbers import Topics, count, number, seconds, write_topics
-from lab.scenes import Scene
+from lab.numbers import Topic, Topics, count, number, percent, seconds, table, write_topics
+from lab.scenes import Scene, contact, vary
 
 #: Targets, their names, and parts at the clock that they are sold with.
 TARGETS = {"cortex-m4": "Cortex-M4F", "cortex-m7": "Cortex-M7", "cortex-m33": "Cortex-M33", "rv32": "rv32imafc"}
 PARTS = (("cortex-m33", "M33", 150e6), ("cortex-m4", "M4F", 168e6), ("rv32", "rv32", 400e6), ("cortex-m7", "M7", 600e6))
-_MILLISECOND = 168e3  # instructions: 168 MHz, one a clock
+MILLISECOND = 168e3  # instructions: 168 MHz, one a clock
 _REJECTED, _CONTACT, _LIMITED = 3, 2, 4
 
+#: By name: the scene of meshes/, and the radius of its masks.
 BODIES = {"cube": ("cube", 0.012), "mouse": ("mouse", 0.006), "needle": ("hard/needle", 0.004),
           "torus": ("hard/torus", 0.010)}
 
 
-def count_ticks(build: Path, folder: Path, *options: str, path: str = "hard") -> Any:
+def count_ticks(folder: Path, *options: object, path: str = "hard") -> Any:
     """What haptable-count tells of a folder's ticks."""
-    return told(build / "bin/haptable-count", folder, "--build", build, "--path", path, *options)
+    return told("haptable-count", folder, "--build", build(), "--path", path, *options)
 
 
 def quantile(values: Sequence[int], fraction: float) -> int:
@@ -55,8 +56,21 @@ class Ticks:
         return self
 
     def require_below(self, bound: int, what: str) -> None:
-        if max(self.all) > bound:
+        if self.worst > bound:
             raise LabError(f"{what}: a tick is above its bound in host/target/modes.cpp")
+
+    @property
+    def worst(self) -> int:
+        return max(self.all)
+
+    @property
+    def most(self) -> int:
+        """Of 99.9 %."""
+        return quantile(self.all, 0.999)
+
+    @property
+    def median(self) -> int:
+        return quantile(self.sliding, 0.5)
 
 
 def parts_in_time(bound: int, worst: int, time_s: float = 0.9e-3) -> str:
@@ -69,39 +83,41 @@ def parts_in_time(bound: int, worst: int, time_s: float = 0.9e-3) -> str:
     return "; ".join(how + ", ".join(names) for how, names in told.items() if names) or "none"
 
 
+def in_time(most: float, ticks: Ticks, bound: int) -> str:
+    """Whether every tick ends in time, at an instruction a clock: by its bound, by all that were counted, by all but
+    one in a thousand, or not."""
+    told = {"bound": bound, "counted": ticks.worst, "99.9 %": ticks.most}
+    return next((name for name, instructions in told.items() if instructions <= most), "no")
+
+
 # ---- every mode, on four bodies ------------------------------------------------------------------------------------
 
-def _cell(ticks: Ticks) -> dict[str, Any]:
+def _several(*counts: int) -> Topic:
     """median / 99.9 % / worst"""
-    values = [quantile(ticks.sliding, 0.5), quantile(ticks.all, 0.999), max(ticks.all)]
-    return {"value": values, "text": " / ".join(f"{v:,}" for v in values)}
+    return number(list(counts), " / ".join(["{:,}"] * len(counts)))
 
 
-def _of_a_millisecond(instructions: int) -> dict[str, Any]:
-    return number(instructions / _MILLISECOND, f"{100 * instructions / _MILLISECOND:.0f} %")
+def _of_a_millisecond(instructions: int) -> Topic:
+    return percent(instructions / MILLISECOND)
 
 
 def with_force(scene: Scene, force: str, radius: float) -> Scene:
-    mask = {"mask_radius": radius} if force == "pressure-mask" else {}
-    contact = {k: v for k, v in scene.get("contact", {}).items() if k != "mask_radius"}
-    return {**scene, "contact": {**contact, "force": force, **mask}, "tables": {"columns": "none"}}
+    return {**scene, "contact": {**vary(scene, contact={"mask_radius": None}).get("contact", {}),
+                                 **contact(force, radius)}}
 
 
-def modes(build: Path, bodies: Sequence[str] = tuple(BODIES), targets: Sequence[str] = tuple(TARGETS),
-          strokes: int = 200) -> Topics:
+def modes(bodies: Sequence[str] = tuple(BODIES), targets: Sequence[str] = tuple(TARGETS), strokes: int = 200) -> Topics:
     def counted(body: str, force: str) -> list[dict[str, Any]]:
         file, radius = BODIES[body]
-        folder = build / f"modes/{body}-{force}"
-        scenes.precompute(with_force(scenes.read(Path(f"meshes/{file}.toml")), force, radius), folder, build)
-        found: list[dict[str, Any]] = count_ticks(build, folder, "--every-mode", "--target", ",".join(targets),
-                                                  "--strokes",
-                                                  str(strokes))
+        folder = build() / f"modes/{body}-{force}"
+        scenes.precompute(with_force(scenes.read(file), force, radius), folder)
+        found = count_ticks(folder, "--every-mode", "--target", ",".join(targets), "--strokes", strokes)
         return [{**one, "body": body} for one in found]
     with ThreadPoolExecutor(2) as pool:  # the emulators are other processes
         jobs = [pool.submit(counted, body, force) for force in FORCES for body in bodies]
         everything = [one for job in jobs for one in job.result()]
     fan = max(one["fan"] for one in everything)
-    names = list(dict.fromkeys(one["mode"] for one in everything))
+    names = dict.fromkeys(one["mode"] for one in everything)
     # Alone, with friction, with passivity.
     order = [name for more in ("", "friction", "passivity") for force in FORCES for name in names
              if name.split()[0] == force and " ".join(name.split()[2:]) == more]
@@ -114,69 +130,55 @@ def modes(build: Path, bodies: Sequence[str] = tuple(BODIES), targets: Sequence[
             if one["mode"] == mode and one["target"] == target and one["body"] in of:
                 whole.add(one)
         return whole
+
+    def cells(*found: Ticks) -> list[Topic]:
+        return [_several(one.median, one.most, one.worst) for one in found]
     by_body, by_target, by_rate = [], [], []
     for mode in order:
-        cells = [ticks(mode, "cortex-m7", [body]) for body in bodies] if "cortex-m7" in targets else []
-        if cells:
-            worst = max(max(t.all) for t in cells)
-            by_body.append([mode, *map(_cell, cells), _of_a_millisecond(worst), count(bound[mode]),
-                            _of_a_millisecond(bound[mode])])
+        if "cortex-m7" in targets:
+            found = [ticks(mode, "cortex-m7", [body]) for body in bodies]
+            by_body.append([mode, *cells(*found), _of_a_millisecond(max(one.worst for one in found)),
+                            count(bound[mode]), _of_a_millisecond(bound[mode])])
         on = {target: ticks(mode, target, bodies) for target in targets}
-        for t in on.values():
-            t.require_below(bound[mode], mode)
-        by_target.append([mode, *(_cell(on[target]) for target in ("cortex-m4", "cortex-m33", "rv32") if target in on)])
+        for one in on.values():
+            one.require_below(bound[mode], mode)
+        others = [on[target] for target in ("cortex-m4", "cortex-m33", "rv32") if target in on]
+        by_target.append([mode, *cells(*others)])
         by_rate.append([mode, *(in_time(clock / rate, on[target], bound[mode])
                                 for target, _, clock in RATED for rate in (5e3, 10e3) if target in on)])
-    columns = [f"{name}, {rate} kHz" for target, name, _ in RATED for rate in (5, 10) if target in targets]
-    return {"modes-by-body": {"columns": ["Cortex-M7: force, god-object", *bodies, "worst, of 1 ms", "bound",
-                                          "of 1 ms"],
-                              "rows": by_body},
-            "modes-by-target": {"columns": ["force, god-object", "Cortex-M4F", "Cortex-M33", "rv32imafc"],
-                                "rows": by_target},
-            "modes-by-rate": {"columns": ["force, god-object", *columns], "rows": by_rate}, "modes-fan": count(fan)}
+    rates = [f"{name}, {rate} kHz" for target, name, _ in RATED for rate in (5, 10) if target in targets]
+    return {"modes-by-body": table(["Cortex-M7: force, god-object", *bodies, "worst, of 1 ms", "bound", "of 1 ms"],
+                                   by_body),
+            "modes-by-target": table("force, god-object | Cortex-M4F | Cortex-M33 | rv32imafc", by_target),
+            "modes-by-rate": table(["force, god-object", *rates], by_rate), "modes-fan": count(fan)}
 
 
 RATED = tuple(sorted(PARTS, key=lambda part: ("cortex-m4", "cortex-m33", "rv32", "cortex-m7").index(part[0])))
 
 
-def in_time(most: float, ticks: Ticks, bound: int) -> str:
-    """Whether every tick ends in time, at an instruction a clock: by its bound, by all that were counted, by all but
-    one in a thousand, or not."""
-    if bound <= most:
-        return "bound"
-    if max(ticks.all) <= most:
-        return "counted"
-    return "99.9 %" if quantile(ticks.all, 0.999) <= most else "no"
-
-
 # ---- two fingers; bodies that move ---------------------------------------------------------------------------------
 
-def fingers(build: Path) -> Topics:
+def fingers() -> Topics:
     """Two fingers beside one on a Cortex-M7, the cube's top being touched, on the same strokes."""
-    costs, rates = {}, {}
+    costs, rates = [], []
     for force in FORCES:
-        scene = with_force(scenes.read(Path("meshes/cube.toml")), force, 0.012)
-        scene["contact"]["fingers"] = 2
-        scene["touch"] = [{"box": [-1.0, -1.0, 0.0299, 1.0, 1.0, 1.0]}]
-        folder = build / f"fingers/{force}"
-        scenes.precompute(scene, folder, build)
+        scene = vary(with_force(scenes.read("cube"), force, 0.012), contact={"fingers": 2},
+                     touch=[{"box": [-1.0, -1.0, 0.0299, 1.0, 1.0, 1.0]}])
+        folder = build() / f"fingers/{force}"
+        scenes.precompute(scene, folder)
         of = ("--every-mode", "--target", "cortex-m7")
-        for one, two in zip(count_ticks(build, folder, *of), count_ticks(build, folder, *of, "--two")):
+        for one, two in zip(count_ticks(folder, *of), count_ticks(folder, *of, "--two")):
             alone, both = Ticks().add(one, False), Ticks().add(two, False)
-            median, medians, worst = quantile(alone.sliding, 0.5), quantile(both.sliding, 0.5), max(both.all)
-            costs[one["mode"]] = [count(median), count(medians), number(medians / median, f"{medians / median:.2f}"),
-                                  count(quantile(both.sliding, 0.999)), count(worst), count(two["bound"]),
-                                  parts_in_time(two["bound"], worst)]
-            rates[one["mode"]] = [parts_in_time(two["bound"], worst, t) for t in (0.2e-3, 0.1e-3)]
-    order = sorted(costs, key=lambda mode: (FORCES.index(mode.split()[0]),))
-    return {"fingers": {"columns": ["force, god-object", "one finger", "two in contact", "ratio", "99.9 %",
-                                    "worst of all",
-                                    "bound", "in 0.9 ms"], "rows": [[m, *costs[m]] for m in order]},
-            "fingers-by-rate": {"columns": ["force, god-object", "5 kHz", "10 kHz"],
-                                "rows": [[m, *rates[m]] for m in order]}}
+            costs.append([one["mode"], count(alone.median), count(both.median),
+                          number(both.median / alone.median, "{:.2f}"), count(both.most), count(both.worst),
+                          count(two["bound"]), parts_in_time(two["bound"], both.worst)])
+            rates.append([one["mode"], *(parts_in_time(two["bound"], both.worst, t) for t in (0.2e-3, 0.1e-3))])
+    return {"fingers": table("force, god-object | one finger | two in contact | ratio | 99.9 % | worst of all | "
+                             "bound | in 0.9 ms", costs),
+            "fingers-by-rate": table("force, god-object | 5 kHz | 10 kHz", rates)}
 
 
-def bodies(build: Path) -> Topics:
+def bodies() -> Topics:
     """Sessions of bodies that nothing holds, or that ring: median of the ticks with contact before and after, and the
     worst of all."""
     rows = []
@@ -185,35 +187,24 @@ def bodies(build: Path) -> Topics:
                               ("a jelly, {} modes", "ringing", "knock"),
                               ("the same, two fingers", "squeezed", "squeeze"),
                               ("the same, two fingers, that nothing holds", "wobbling", "grasp")):
-        found = {one["target"]: one for one in count_ticks(build, build / scene, path=path)}
-        on = {target: Ticks().add(found[target], False) for target in TARGETS}
-        bound, worst = found["cortex-m7"]["bound"], max(max(t.all) for t in on.values())
-        for t in on.values():
-            t.require_below(bound, what)
-        cells = [(quantile(t.sliding, 0.5), max(t.all)) for t in on.values()]
-        rows.append([what.format(found["cortex-m7"].get("modes")),
-                     *({"value": list(c), "text": f"{c[0]:,} / {c[1]:,}"} for c in cells), count(bound),
-                     parts_in_time(bound, worst)])
-    return {"bodies": {"columns": ["a tick of", *TARGETS.values(), "bound", "in 0.9 ms"], "rows": rows}}
+        found = {one["target"]: one for one in count_ticks(build() / scene, path=path)}
+        on = [Ticks().add(found[target], False) for target in TARGETS]
+        bound = found["cortex-m7"]["bound"]
+        for one in on:
+            one.require_below(bound, what)
+        rows.append([what.format(found["cortex-m7"].get("modes")), *(_several(one.median, one.worst) for one in on),
+                     count(bound), parts_in_time(bound, max(one.worst for one in on))])
+    return {"bodies": table(["a tick of", *TARGETS.values(), "bound", "in 0.9 ms"], rows)}
 
 
 # ---- a scene pays for what it names --------------------------------------------------------------------------------
 
-Change = Callable[[Scene], None]
+#: What a scene names: tables whose keys change it.
+Change = dict[str, Any]
 
 
-def _set(**sections: dict[str, Any]) -> Change:
-    def change(scene: Scene) -> None:
-        for name, keys in sections.items():
-            scene[name] = {**scene.get(name, {}), **keys}
-    return change
-
-
-def _relaxes(*terms: tuple[float, float], **contact: Any) -> Change:
-    def change(scene: Scene) -> None:
-        scene["relaxation"] = [{"share": share, "time": time} for share, time in terms]
-        scene["contact"].update(contact)
-    return change
+def _relaxes(*terms: tuple[float, float], **more: Any) -> Change:
+    return {"relaxation": [{"share": share, "time": time} for share, time in terms], "contact": more}
 
 
 _RUBS = {"friction": 0.5, "kinetic_friction": 0.5}
@@ -223,111 +214,99 @@ _NO_LIMITS = {"max_speed": "off", "max_force_rate": "off", "mean_force": "off"}
 
 def _one_patch(folder: Path) -> Change:
     """Only the patch in the middle of the list: its nodes are the region."""
-    def change(scene: Scene) -> None:
-        x, patch = np.load(folder / "position.npy"), np.load(folder / "patch.npy")
-        scene["touch"] = [{"box": [*(x[node] - 1e-9), *(x[node] + 1e-9)]} for node in patch[len(patch) // 2]]
-    return change
+    x, patch = np.load(folder / "position.npy"), np.load(folder / "patch.npy")
+    corners = x[patch[len(patch) // 2]]
+    return {"touch": [{"box": [*(at - 1e-9).tolist(), *(at + 1e-9).tolist()]} for at in corners]}
 
 
 def _display(folder: Path, rows: int) -> Change:
-    def change(scene: Scene) -> None:
-        nodes = np.load(folder / "node_id.npy")
-        scene["tables"] = {"columns": "surface",
-                           "display_rows": [int(nodes[i * len(nodes) // rows]) for i in range(rows)]}
-    return change
+    nodes = np.load(folder / "node_id.npy")
+    return {"tables": {"columns": "surface", "display_rows": [int(nodes[i * len(nodes) // rows]) for i in range(rows)]}}
 
 
 def variants(radius: float, folder: Path) -> dict[str, Change]:
     """What a scene names beside mesh, material and what is held. folder: of the plain scene."""
-    mask = {"force": "pressure-mask", "mask_radius": radius}
+    mask, half = contact("pressure-mask", radius), {"precision": "float16"}
     return {
-        "the paper's force, the whole surface": _set(),
+        "the paper's force, the whole surface": {},
         "one patch touched": _one_patch(folder),
-        '`precision = "float16"`': _set(tables={"precision": "float16"}),
-        '`precision = "int16"`': _set(tables={"precision": "int16"}),
-        '`force = "consistent"`': _set(contact={"force": "consistent"}),
-        '`force = "pressure-mask"`': _set(contact=mask),
-        '`force = "pressure-mask"`, `precision = "float16"`': _set(contact=mask, tables={"precision": "float16"}),
-        '`god_object = "least-energy"`': _set(contact={"god_object": "least-energy"}),
-        "`friction = 0.5`": _set(contact=_RUBS),
-        "`release_slew = 0.01`": _set(contact={"release_slew": 0.01}),
-        "`passivity = true`": _set(contact={"passivity": True}),
-        '`coupling = "auto"`': _set(contact={"coupling": "auto"}),
-        '`element = "average-nodal-pressure"`': _set(mesh={"element": "average-nodal-pressure"}),
+        '`precision = "float16"`': {"tables": half},
+        '`precision = "int16"`': {"tables": {"precision": "int16"}},
+        '`force = "consistent"`': {"contact": {"force": "consistent"}},
+        '`force = "pressure-mask"`': {"contact": mask},
+        '`force = "pressure-mask"`, `precision = "float16"`': {"contact": mask, "tables": half},
+        '`god_object = "least-energy"`': {"contact": {"god_object": "least-energy"}},
+        "`friction = 0.5`": {"contact": _RUBS},
+        "`release_slew = 0.01`": {"contact": {"release_slew": 0.01}},
+        "`passivity = true`": {"contact": {"passivity": True}},
+        '`coupling = "auto"`': {"contact": {"coupling": "auto"}},
+        '`element = "average-nodal-pressure"`': {"mesh": {"element": "average-nodal-pressure"}},
         "10 `display_rows`": _display(folder, 10),
-        "mask, least energy, friction, release, passivity": _set(contact={
-            **mask, **_RUBS, "god_object": "least-energy", "release_slew": 0.01, "passivity": True}),
+        "mask, least energy, friction, release, passivity": {"contact": {
+            **mask, **_RUBS, "god_object": "least-energy", "release_slew": 0.01, "passivity": True}},
     }
 
 
 #: What costs the same whatever the mesh.
 OF_ANY_MESH: dict[str, Change] = {
-    "`stiffening = { yeoh = [5.0] }`": _set(material={"stiffening": {"yeoh": [5.0]}}),
+    "`stiffening = { yeoh = [5.0] }`": {"material": {"stiffening": {"yeoh": [5.0]}}},
     "`[[relaxation]]`, one term": _relaxes((0.3, 0.5)),
     "`[[relaxation]]`, two terms": _relaxes((0.3, 0.5), (0.2, 10.0)),
     "`[[relaxation]]`, one term, friction": _relaxes((0.3, 0.5), **_RUBS),
-    "`grab = true`": _set(contact={"grab": True}),
-    "`[tool]`, four points, consistent": _set(contact={"force": "consistent"}, tool=_FOUR),
-    "the same, least energy": _set(contact={"force": "consistent", "god_object": "least-energy"}, tool=_FOUR),
-    '`force_return = "ramp"`': _set(device={"force_return": "ramp"}),
-    '`max_speed = "off"`': _set(device={"max_speed": "off"}),
-    '`max_force_rate = "off"`': _set(device={"max_force_rate": "off"}),
-    '`mean_force = "off"`': _set(device={"mean_force": "off"}),
-    "`check = false`": _set(tables={"check": False}),
-    "none of the limits, and no check": _set(device=_NO_LIMITS, tables={"check": False}),
+    "`grab = true`": {"contact": {"grab": True}},
+    "`[tool]`, four points, consistent": {"contact": {"force": "consistent"}, "tool": _FOUR},
+    "the same, least energy": {"contact": {"force": "consistent", "god_object": "least-energy"}, "tool": _FOUR},
+    '`force_return = "ramp"`': {"device": {"force_return": "ramp"}},
+    '`max_speed = "off"`': {"device": {"max_speed": "off"}},
+    '`max_force_rate = "off"`': {"device": {"max_force_rate": "off"}},
+    '`mean_force = "off"`': {"device": {"mean_force": "off"}},
+    "`check = false`": {"tables": {"check": False}},
+    "none of the limits, and no check": {"device": _NO_LIMITS, "tables": {"check": False}},
 }
 
 
-def _plain(body: str) -> Scene:
-    scene = scenes.read(Path(f"meshes/{BODIES[body][0]}.toml"))
-    return {**scene, "contact": {}, "tables": {"columns": "none"}}
+def plain_scene(body: str) -> Scene:
+    return {**scenes.read(BODIES[body][0]), "contact": {}, "tables": {"columns": "none"}}
 
 
-def cost_of(body: str, what: str, change: Change, build: Path) -> tuple[list[Any], dict[str, Any]]:
+def cost_of(body: str, what: str, change: Change) -> tuple[list[Any], dict[str, Any]]:
     """The row, and the summary of its tables."""
-    scene = _plain(body)
-    change(scene)
-    folder = build / f"named/{body}"
-    summary = scenes.precompute(scene, folder, build, "--threads", "1")
-    tables, linked = sum(summary["flash"]["table"].values()), count_ticks(build, folder, "--link")
-    one = count_ticks(build, folder, "--strokes", "100", "--target", "cortex-m7", path="strokes")[0]
+    folder = build() / f"named/{body}"
+    summary = scenes.precompute(vary(plain_scene(body), **change), folder, "--threads", "1")
+    tables, linked = sum(summary["flash"]["table"].values()), count_ticks(folder, "--link")
+    one = count_ticks(folder, "--strokes", "100", "--target", "cortex-m7", path="strokes")[0]
     touching = sorted(n for n, (state,) in zip(one["instructions"], one["states"]) if state in (_CONTACT, _LIMITED))
     if not touching:
         raise LabError(f"{body}: {what}: the laboratory's finger touched nothing: no instructions were counted")
-    median, worst = touching[len(touching) // 2], touching[-1]
-    return [f"{body}: {what}", count(tables), count(linked["flash"] - tables), count(linked["ram"]),
-            count(linked["stack"]),
-            {"value": [median, worst], "text": f"{median:,} / {worst:,}"},
-            seconds(sum(summary["cpu_s"].values()))], summary
+    return [f"{body}: {what}", *map(count, (tables, linked["flash"] - tables, linked["ram"], linked["stack"])),
+            _several(touching[len(touching) // 2], touching[-1]), seconds(sum(summary["cpu_s"].values()))], summary
 
 
-def named(build: Path) -> Topics:
+def named() -> Topics:
     rows: dict[str, list[Any]] = {"cube": [], "mouse": []}
     precision = []
     for body in rows:
-        plain = build / f"named/{body}-plain"
-        scenes.precompute(_plain(body), plain, build)
+        plain = build() / f"named/{body}-plain"
+        scenes.precompute(plain_scene(body), plain)
         for what, change in {**variants(BODIES[body][1], plain), **(OF_ANY_MESH if body == "cube" else {})}.items():
-            row, summary = cost_of(body, what, change, build)
+            row, summary = cost_of(body, what, change)
             rows[body].append(row)
             if what in ('`force = "consistent"`', '`force = "pressure-mask"`'):
                 stored = summary["flash"]["precision"]
                 precision.append([f"{body}: {what}", *(
-                    {"value": [stored[p]["bytes"], stored[p]["worst_force_error"]],
-                     "text": f"{stored[p]['bytes']:,}, {stored[p]['worst_force_error']:.1e}"}
+                    number([stored[p]["bytes"], stored[p]["worst_force_error"]], "{:,}, {:.1e}")
                     for p in ("float32", "float16", "int16"))])
-    columns = ["the scene names", "tables, bytes", "code, bytes", "RAM, bytes", "stack, bytes",
-               "instructions a tick in contact, median / worst", "precompute"]
+    columns = ("the scene names | tables, bytes | code, bytes | RAM, bytes | stack, bytes | "
+               "instructions a tick in contact, median / worst | precompute")
     # Every mesh's first, then what costs the same whatever the mesh.
-    return {"named": {"columns": columns, "rows": rows["cube"]},
-            "named-mouse": {"columns": columns, "rows": rows["mouse"]},
-            "precision-compliance": {"columns": ["the scene names", "float32", "float16", "int16"], "rows": precision}}
+    return {"named": table(columns, rows["cube"]), "named-mouse": table(columns, rows["mouse"]),
+            "precision-compliance": table("the scene names | float32 | float16 | int16", precision)}
 
 
-def make(build: Path, out: Path) -> None:
+def make(out: Path) -> None:
     """Instructions of a tick on the microcontrollers, in every mode, and what a scene pays for what it names."""
     topics: Topics = {}
     for measure in (modes, fingers, bodies, named):
-        print(f"bench: instructions: {measure.__name__}", flush=True)
-        topics.update(measure(build))
+        say("instructions:", measure.__name__)
+        topics.update(measure())
     write_topics(out, topics)

@@ -8,16 +8,15 @@ from pathlib import Path
 
 import numpy as np
 
-from lab import scenes
-from lab.binding import load
+from lab import binding, scenes
 from lab.calculix import Deck, Rigid, pressing
 from lab.reference import Array, Bricks, Footprint, graded, uniform
-from lab.scenes import Scene
-from lab.specimens import read_elements
+from lab.scenes import Scene, touched, vary
+from lab.specimens import cube_scene, read_elements
 
 RADIUS = 0.01
 SIDE = 0.03
-YOUNG, POISSON = 1e4, 0.3
+YOUNG, POISSON = 1e4, 0.3  # of cube_scene
 DEPTHS = np.array([0.5, 1.0, 1.5, 2.0, 2.5, 3.0]) * 1e-3
 #: That the sphere stands above the cube before it is pressed: CalculiX begins without contact.
 _GAP = 1e-5
@@ -25,14 +24,10 @@ _GAP = 1e-5
 
 def scene(nodes_per_side: int, points: int, angle: float, mask_radius: float) -> Scene:
     """A cube that is held below, touched from above by a sphere about the tool's handle."""
-    top = [-1.0, -1.0, SIDE - 1e-6, 1.0, 1.0, 1.0]
-    return {"name": f"sphere-{nodes_per_side}",
-            "mesh": {"generate": "cube", "nodes_per_side": nodes_per_side, "side": SIDE},
-            "material": {"young": YOUNG, "poisson": POISSON},
-            "fixed": [{"box": [-1.0, -1.0, -1.0, 1.0, 1.0, 1e-9]}], "touch": [{"box": top}],
-            "contact": {"force": "pressure-mask", "mask_radius": mask_radius},
-            "tool": {"shape": "sphere", "radius": RADIUS, "points": points, "angle": angle},
-            "device": {"max_force": 100.0, "mean_force": "off"}, "tables": {"columns": "none"}}
+    cube = touched(cube_scene(nodes_per_side, POISSON), "pressure-mask", mask_radius)
+    return vary(cube, name=f"sphere-{nodes_per_side}",
+                tool={"shape": "sphere", "radius": RADIUS, "points": points, "angle": angle},
+                device={"max_force": 100.0, "mean_force": "off"})
 
 
 def hertz(depth: Array) -> Array:
@@ -66,7 +61,7 @@ def by_calculix(folder: Path) -> Array:
     return force
 
 
-def by_tool(folder: Path, build: Path) -> Array:
+def by_tool(folder: Path) -> Array:
     """N at each of DEPTHS, of the scene's tool: pressed by 20 um a tick from above, then at rest for 60 ticks."""
     depth, rest = [-1e-3], []
     for until in DEPTHS.tolist():
@@ -74,19 +69,18 @@ def by_tool(folder: Path, build: Path) -> Array:
         depth += np.linspace(depth[-1], until, steps + 1)[1:].tolist() + 60 * [until]
         rest.append(len(depth) - 1)
     handle = np.column_stack([np.full((len(depth), 2), 0.5 * SIDE), SIDE + RADIUS - np.array(depth)])
-    felt = load(build).load(str(folder)).tool().replay(handle, np.tile([1.0, 0.0, 0.0, 0.0], (len(depth), 1)))
+    felt = binding.load().load(str(folder)).tool().replay(handle, np.tile([1.0, 0.0, 0.0, 0.0], (len(depth), 1)))
     force: Array = felt["force"][rest, 2].astype(float)
     return force
 
 
-def punch(nodes_per_side: int, points: int, radius: float, folder: Path, build: Path) -> tuple[float, float, float]:
+def punch(nodes_per_side: int, points: int, radius: float, folder: Path) -> tuple[float, float, float]:
     """Of a flat punch with masks of 0.7 of the spacing: force over 2 a E* d, and the torque of a tilt about x and about
     y over 4/3 a^3 E* theta."""
     mask = 0.7 * float(np.sqrt(2.0 * np.pi / np.sqrt(3.0) / points)) * radius
-    pressed = scene(nodes_per_side, points, 60.0, mask)
-    pressed["tool"] = {"shape": "disc", "radius": radius, "points": points}
-    scenes.precompute(pressed, folder, build)
-    tool = load(build).load(str(folder)).tool()
+    disc = {"shape": "disc", "radius": radius, "points": points}
+    scenes.precompute({**scene(nodes_per_side, points, 60.0, mask), "tool": disc}, folder)
+    tool = binding.load().load(str(folder)).tool()
     deep, tilt, modulus = 0.15 * radius, 0.05, YOUNG / (1.0 - POISSON**2)
     z = SIDE - np.append(np.linspace(-5e-4, deep, int((deep + 5e-4) / 2e-5)), np.full(60, deep))
     handle = np.column_stack([np.full((len(z), 2), 0.5 * SIDE), z])
@@ -113,6 +107,6 @@ def stiffening(radius: float) -> float:
     return 0.5 / (0.5 + compliance - 16.0 / (3.0 * np.pi**2))
 
 
-def tables(nodes_per_side: int, points: int, angle: float, mask_radius: float, folder: Path, build: Path) -> Path:
-    scenes.precompute(scene(nodes_per_side, points, angle, mask_radius), folder, build)
+def tables(nodes_per_side: int, points: int, angle: float, mask_radius: float, folder: Path) -> Path:
+    scenes.precompute(scene(nodes_per_side, points, angle, mask_radius), folder)
     return folder

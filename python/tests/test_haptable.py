@@ -20,6 +20,7 @@ from haptable import _files, _report, _servo
 
 BUILD = pathlib.Path(os.environ.get("BUILD", "build")).resolve()
 CUBE = BUILD / "cube"
+PROGRAM = BUILD / "bin/haptable-precompute"
 
 
 def press(ticks: int = 60) -> np.ndarray:
@@ -34,6 +35,15 @@ class Package(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.path = pathlib.Path(folder.name)
+
+    def refused(self, error, said, call):
+        """An error that says that, a regular expression."""
+        with self.assertRaisesRegex(error, said):
+            call()
+
+    def made(self, scene):
+        """The body of a scene's file, by this tree's program."""
+        return haptable.load(haptable.precompute(scene, self.path / "made", program=PROGRAM))
 
     def replay_of_the_servo(self, positions):
         with open(self.path / "in.csv", "w") as out:
@@ -55,8 +65,7 @@ class Package(unittest.TestCase):
         self.assertNotEqual(haptable.load(CUBE, bare=True).servo().replay(jump)["state"][-1], haptable.State.REJECTED)
         with self.assertRaisesRegex(haptable.HaptableError, "float8: is none of float32, float16, int16"):
             haptable.load(CUBE, precision="float8")
-        with self.assertRaises(ValueError):
-            haptable.load(CUBE, self.body.tables_hash, bare=True)
+        self.refused(ValueError, "", lambda: haptable.load(CUBE, self.body.tables_hash, bare=True))
 
     def test_bits_of_the_servo(self):
         positions = press(200)
@@ -110,34 +119,25 @@ class Package(unittest.TestCase):
         # 9 products and sums a row, each rounded once to float32, of terms at most three times the sum.
         self.assertLess(np.abs(u - expected).max(), 9 * 3 * 2.0**-24 * largest)
         self.assertTrue(np.array_equal(self.body.deform(felt, rows=[5, 3]), u[[5, 3]]))
-        with self.assertRaisesRegex(haptable.HaptableError, "there is no row"):
-            self.body.deform(felt, rows=[len(u)])
+        self.refused(haptable.HaptableError, "there is no row", lambda: self.body.deform(felt, rows=[len(u)]))
 
     def test_refusals_name_what_to_do(self):
         with self.assertRaisesRegex(haptable.HaptableError, "tables.json: is not there: make the tables"):
             haptable.load(self.path)
-        with self.assertRaisesRegex(ValueError, "README.md: is no CSV"):
-            haptable.read_csv("README.md")
-        with self.assertRaisesRegex(haptable.HaptableError, "that are wanted"):
-            haptable.load(CUBE, "1")
-        with self.assertRaisesRegex(ValueError, r"\[3\] in m"):
-            self.body.servo().step([0.0, 1.0])
-        with self.assertRaisesRegex(ValueError, r"\[n, 3\]"):
-            self.body.servo().replay([[0.0, 1.0]])
-        with self.assertRaises(ValueError):
-            self.body.servo().replay(press(), np.empty(59, haptable.CONTACT))
+        self.refused(ValueError, "README.md: is no CSV", lambda: haptable.read_csv("README.md"))
+        self.refused(haptable.HaptableError, "that are wanted", lambda: haptable.load(CUBE, "1"))
+        self.refused(ValueError, r"\[3\] in m", lambda: self.body.servo().step([0.0, 1.0]))
+        self.refused(ValueError, r"\[n, 3\]", lambda: self.body.servo().replay([[0.0, 1.0]]))
+        self.refused(ValueError, "", lambda: self.body.servo().replay(press(), np.empty(59, haptable.CONTACT)))
 
     def test_errors_are_the_documented_ones(self):
         servo = self.body.servo()
         for time in (float("nan"), float("inf")):
-            with self.assertRaisesRegex(ValueError, "time: finite"):
-                servo.step([0, 0, 1], time)
+            self.refused(ValueError, "time: finite", lambda: servo.step([0, 0, 1], time))
         for wrong in ("word", "-1", "1" + 16 * "0"):
-            with self.assertRaisesRegex(ValueError, "tables_hash: 16 hex digits"):
-                haptable.load(CUBE, wrong)
+            self.refused(ValueError, "tables_hash: 16 hex digits", lambda: haptable.load(CUBE, wrong))
         self.assertEqual(haptable.HaptableError.__module__, "haptable")
-        with self.assertRaises(TypeError):
-            self.body.deform(np.zeros(3))
+        self.refused(TypeError, "", lambda: self.body.deform(np.zeros(3)))
 
     def test_a_state_has_one_name(self):
         # Inside without having come in, and a jump: what each is called, and counted as.
@@ -173,22 +173,17 @@ class Package(unittest.TestCase):
         self.assertEqual(self.body.poke((0.5, 0.5, 0.5), 0.001, (0, 0, -1))["state"], haptable.State.FREE)
         for wrong in (((0, 0), 1, (0, 0, 1)), ((0, 0, 0), 1, (0, 0)), ((0, 0, 0), np.nan, (0, 0, 1)),
                       ((0, 0, 0), 1, (0, 0, 0)), ((0, 0, np.inf), 1, (0, 0, 1)), ((0, 0, 0), [1, 2], np.ones((3, 3)))):
-            with self.assertRaises(ValueError):
-                self.body.poke(*wrong)
+            self.refused(ValueError, "", lambda: self.body.poke(*wrong))
 
     def test_arrays_that_do_not_fit_are_refused(self):
         felt = self.body.servo().replay(press())[-1]
         out = np.empty((len(self.body.row_nodes), 3), np.float32)
         out.flags.writeable = False
-        with self.assertRaisesRegex(ValueError, "writeable"):
-            self.body.deform(felt, out=out)
-        with self.assertRaisesRegex(ValueError, r"rows: \[k\]"):
-            self.body.deform(felt, rows=[[0, 1]])
-        with self.assertRaisesRegex(TypeError, "whole"):
-            self.body.deform(felt, rows=[0.5])
+        self.refused(ValueError, "writeable", lambda: self.body.deform(felt, out=out))
+        self.refused(ValueError, r"rows: \[k\]", lambda: self.body.deform(felt, rows=[[0, 1]]))
+        self.refused(TypeError, "whole", lambda: self.body.deform(felt, rows=[0.5]))
         for rows in ([-1], [2**32]):
-            with self.assertRaisesRegex(ValueError, "from 0"):
-                self.body.deform(felt, rows=rows)
+            self.refused(ValueError, "from 0", lambda: self.body.deform(felt, rows=rows))
         self.assertEqual(self.body.deform(felt, rows=[]).shape, (0, 3))
 
     def test_csv_of_large_numbers_stays_float(self):
@@ -214,8 +209,7 @@ class Package(unittest.TestCase):
         # Cut off: 2^32 - 1 bytes are neither read nor made room for.
         self.assertEqual(len(read(good, event(b"OTHER", b"bytes", length=0xFFFFFFFF))), 1)
         for bad in (event(b"OTHER", b"", channel_length=0xFFFFFFFF), event(b"\xff\xfe", b"")):
-            with self.assertRaisesRegex(ValueError, "byte 38"):
-                read(good, bad)
+            self.refused(ValueError, "byte 38", lambda: read(good, bad))
         from haptable.messages.contact import contact
         from haptable.messages.servo_status import servo_status
         for channel, message in ((b"HAPTABLE_CONTACT", contact()), (b"HAPTABLE_STATUS", servo_status())):
@@ -225,8 +219,7 @@ class Package(unittest.TestCase):
                 with self.assertRaisesRegex(ValueError, "byte 0: no whole message"):
                     read(event(channel, data[:-4] + struct.pack(">I", count)))
             for end in range(len(data)):
-                with self.assertRaisesRegex(ValueError, "byte 0: no whole message"):
-                    read(event(channel, data[:end]))
+                self.refused(ValueError, "byte 0: no whole message", lambda: read(event(channel, data[:end])))
 
     def test_a_replay_lets_other_threads_run(self):
         positions = np.tile(press(), (30000, 1))
@@ -246,10 +239,8 @@ class Package(unittest.TestCase):
         self.assertTrue(inside, "no other thread ran in the middle of it")
 
     def test_two_fingers(self):
-        with self.assertRaisesRegex(haptable.HaptableError, "fingers = 2"):
-            self.body.hands()
-        program = BUILD / "bin" / "haptable-precompute"
-        body = haptable.load(haptable.precompute("meshes/cube-two.toml", self.path / "two", program=program))
+        self.refused(haptable.HaptableError, "fingers = 2", lambda: self.body.hands())
+        body = self.made("meshes/cube-two.toml")
         self.assertEqual((self.body.fingers, body.fingers), (1, 2))
         first, second = press() - np.float32([0.005, 0, 0]), press() + np.float32([0.005, 0, 0])
         felt = body.hands().replay(first, second)
@@ -262,8 +253,7 @@ class Package(unittest.TestCase):
         self.assertEqual(pair.counters(1)["ticks"], 60)
         for call in (pair.counters, pair.energy, pair.buttons):
             for finger in (2, -1):
-                with self.assertRaisesRegex(IndexError, "0 to 1"):
-                    call(finger)
+                self.refused(IndexError, "0 to 1", lambda: call(finger))
         self.assertGreater(pair.energy(0)["stored_j"], 0.0)
         # The other's dent takes the surface away; who is away makes none.
         alone, half = body.servo().replay(first), body.hands()
@@ -272,14 +262,11 @@ class Package(unittest.TestCase):
             contact, away = half.step(x, None)
             self.assertTrue(np.array_equal(contact.force, row["force"]))
             self.assertEqual(away.state, haptable.State.SILENT)
-        with self.assertRaisesRegex(ValueError, "of each finger"):
-            pair.replay(first, second[1:])
-        with self.assertRaisesRegex(ValueError, "of each of the 2"):
-            pair.step(first[0])
+        self.refused(ValueError, "of each finger", lambda: pair.replay(first, second[1:]))
+        self.refused(ValueError, "of each of the 2", lambda: pair.step(first[0]))
 
     def test_five_fingers(self):
-        program = BUILD / "bin" / "haptable-precompute"
-        body = haptable.load(haptable.precompute("meshes/cube-hand.toml", self.path / "hand", program=program))
+        body = self.made("meshes/cube-hand.toml")
         self.assertEqual(body.fingers, 5)
         angle = 2 * np.pi * np.arange(5) / 5
         out = np.stack([np.cos(angle), np.sin(angle), 0 * angle], 1)
@@ -293,14 +280,12 @@ class Package(unittest.TestCase):
         self.assertLess(np.linalg.norm(felt["force"][-1, :, :2].sum(0)), 0.2 * push.sum())
 
     def test_a_tool(self):
-        with self.assertRaisesRegex(haptable.HaptableError, "has no tool"):
-            self.body.tool()
+        self.refused(haptable.HaptableError, "has no tool", lambda: self.body.tool())
         text = pathlib.Path("meshes/cube.toml").read_text().split("[contact]")[0]
         (self.path / "disc.toml").write_text(
             text + '[contact]\nforce = "pressure-mask"\nmask_radius = 0.004\n'
             '[tool]\nshape = "disc"\nradius = 0.006\npoints = 5\n')
-        program = BUILD / "bin" / "haptable-precompute"
-        body = haptable.load(haptable.precompute(self.path / "disc.toml", self.path / "disc", program=program))
+        body = self.made(self.path / "disc.toml")
         self.assertEqual((self.body.points, body.points, body.tool_points.shape), (0, 5, (5, 3)))
         tool, held = body.tool(), np.tile(np.float32([1, 0, 0, 0]), (400, 1))
         lower = np.float32([0.015, 0.015, 0.031]) - np.outer(np.arange(400), np.float32([0, 0, 1e-5]))
@@ -318,17 +303,14 @@ class Package(unittest.TestCase):
         self.assertLess(tilted["torque"][0], -1e-4)
         self.assertEqual(tool.step(lower[-1], (2, 0, 0, 0))["state"], haptable.State.REJECTED)
         self.assertEqual(tool.counters["ticks"], 601)
-        with self.assertRaisesRegex(ValueError, r"turns: \[n, 4\]"):
-            tool.replay(lower, held[1:])
+        self.refused(ValueError, r"turns: \[n, 4\]", lambda: tool.replay(lower, held[1:]))
 
     def test_a_body_that_nothing_holds(self):
         self.assertFalse(self.body.free)
         self.assertIsNone(self.body.servo().pose)
-        program = BUILD / "bin" / "haptable-precompute"
-        body = haptable.load(haptable.precompute("meshes/grasp-cube.toml", self.path / "grasp", program=program))
+        body = self.made("meshes/grasp-cube.toml")
         self.assertTrue(body.free)
-        with self.assertRaisesRegex(ValueError, "nothing holds it"):
-            body.poke((0, 0.015, 0.015), 0.001, (1, 0, 0))
+        self.refused(ValueError, "nothing holds it", lambda: body.poke((0, 0.015, 0.015), 0.001, (1, 0, 0)))
         pair, held = body.hands(), 0.0
         for tick in range(2500):  # squeezed from two sides, lifted by 16 mm, and held
             inwards, up = 4e-6 * min(tick, 400) - 1e-4, 2e-5 * min(max(tick - 500, 0), 800)
@@ -347,8 +329,7 @@ class Package(unittest.TestCase):
     def test_a_body_that_rings(self):
         self.assertEqual(self.body.modes, 0)
         self.assertEqual(self.body.servo().swung.shape, (0,))
-        program = BUILD / "bin" / "haptable-precompute"
-        body = haptable.load(haptable.precompute("tests/firmware/modes.toml", self.path / "jelly", program=program))
+        body = self.made("tests/firmware/modes.toml")
         self.assertEqual(body.modes, 8)
         servo, side = body.servo(), np.float32([0, 0.015, 0.02])
         for x in np.linspace(-0.001, 0.004, 100):  # pressed at its side, and let go
@@ -361,17 +342,15 @@ class Package(unittest.TestCase):
         self.assertGreater(moved[:, at].max(), 1e-5)
         self.assertLess(moved[:, at].min(), -1e-5)  # it swings to both sides
         self.assertEqual(body.deform(free[0][0], [at], swung=free[0][1])[0, 0], moved[0, at])
-        with self.assertRaisesRegex(ValueError, r"swung: \[8\]"):
-            body.deform(contact)
+        self.refused(ValueError, r"swung: \[8\]", lambda: body.deform(contact))
 
     def test_precompute_by_the_program(self):
-        program = BUILD / "bin" / "haptable-precompute"
-        folder = haptable.precompute("meshes/cube.toml", self.path / "cube", program=program)
+        folder = haptable.precompute("meshes/cube.toml", self.path / "cube", program=PROGRAM)
         self.assertEqual(haptable.load(folder).tables_hash, self.body.tables_hash)
         with self.assertRaisesRegex(FileNotFoundError, "is not on the PATH"):
             haptable.precompute("meshes/cube.toml", program="haptable-nowhere")
         with self.assertRaises(subprocess.CalledProcessError) as caught:
-            haptable.precompute(self.path / "none.toml", self.path, program=program)
+            haptable.precompute(self.path / "none.toml", self.path, program=PROGRAM)
         self.assertIn("none.toml", caught.exception.stderr)
 
     @unittest.skipUnless("HAPTABLE_LOG" in os.environ, "no HAPTABLE_LOG")
@@ -398,8 +377,7 @@ class Package(unittest.TestCase):
         cut = self.path / "cut.lcmlog"
         cut.write_bytes(pathlib.Path(os.environ["HAPTABLE_LOG"]).read_bytes()[:-3])
         self.assertEqual(len(list(haptable.read_log(cut))), len(events) - 1)
-        with self.assertRaisesRegex(ValueError, "no event of an LCM log"):
-            list(haptable.read_log("README.md"))
+        self.refused(ValueError, "no event of an LCM log", lambda: list(haptable.read_log("README.md")))
 
     def test_a_report_is_one_page(self):
         positions = press(500)
@@ -410,8 +388,7 @@ class Package(unittest.TestCase):
         self.assertIn("a &lt;b&gt;", page)
         largest = np.linalg.norm(felt["force"].astype(float), axis=1).max()
         self.assertIn(f"largest force {largest:.4g} N", page)
-        with self.assertRaises(ValueError):
-            haptable.report(self.path / "page.html", positions[:3], felt)
+        self.refused(ValueError, "", lambda: haptable.report(self.path / "page.html", positions[:3], felt))
 
     def test_doctests(self):
         for module in (haptable, _servo, _files, _report):

@@ -9,7 +9,7 @@ import pytest
 from lab import scenes
 from lab.calculix import Deck, displacements
 from lab.figure import ROOT
-from lab.known import by_columns, largest_difference
+from lab.known import by_columns, largest_difference, pulled_apart
 from lab.reference import Mesh
 from lab.specimens import cube_scene, read_elements
 
@@ -19,19 +19,11 @@ PRINTED = 1e-6
 pytestmark = pytest.mark.skipif(shutil.which("ccx") is None, reason="no ccx: sh scripts/setup.sh lab")
 
 
-def load_of(folder, count):
-    """[count, 3] N: an oblique force on one node of the surface, another on a second one."""
-    free, forces = np.load(folder / "node_id.npy"), np.zeros((count, 3))
-    force = np.array([0.03, -0.02, -0.09])
-    forces[free[len(free) // 3]], forces[free[5 * len(free) // 6]] = force, -0.4 * force
-    return forces
-
-
-def difference(scene, folder, build, cards=None):
+def difference(scene, folder, cards=None):
     """As a share of the largest displacement. cards: of the mesh, CalculiX's sections and loads."""
-    scenes.precompute({**scene, "tables": {"columns": "all"}}, folder, build, "--column-tolerance", "0")
+    scenes.precompute({**scene, "tables": {"columns": "all"}}, folder, "--column-tolerance", "0")
     x, elements = read_elements(folder / "mesh.vtu")
-    forces = load_of(folder, len(x))
+    forces = pulled_apart(np.load(folder / "node_id.npy"), len(x))
     sections, loads = cards(Mesh(x, elements)) if cards else ("", "")
     held = np.setdiff1d(np.arange(len(x)), np.load(folder / "row_id.npy"))
     deck = Deck(x, elements, held, scene["material"]["young"], scene["material"]["poisson"], sections=sections,
@@ -43,7 +35,7 @@ def difference(scene, folder, build, cards=None):
 
 
 def test_linear_tetrahedra(tmp_path, build):
-    assert difference(cube_scene(5, 0.49, top=False), tmp_path / "t", build) < PRINTED
+    assert difference(cube_scene(5, 0.49, top=False), tmp_path / "t") < PRINTED
 
 
 def quadratic(scene, poisson):
@@ -53,17 +45,17 @@ def quadratic(scene, poisson):
 
 @pytest.mark.parametrize("poisson", [0.0, 0.16])
 def test_quadratic_tetrahedra_up_to_a_poissons_ratio_of_a_sixth(tmp_path, build, poisson):
-    assert difference(quadratic(cube_scene(5, 0.3, top=False), poisson), tmp_path / "t", build) < PRINTED
+    assert difference(quadratic(cube_scene(5, 0.3, top=False), poisson), tmp_path / "t") < PRINTED
 
 
 def test_quadratic_tetrahedra_that_average_above_it_are_softer(tmp_path, build):
-    assert difference(quadratic(cube_scene(5, 0.3, top=False), 0.49), tmp_path / "t", build) > 100 * PRINTED
+    assert difference(quadratic(cube_scene(5, 0.3, top=False), 0.49), tmp_path / "t") > 100 * PRINTED
 
 
 def test_quadratic_tetrahedra_of_the_mouse(tmp_path, build):
-    mouse = scenes.read(ROOT / "meshes/mouse.toml")
+    mouse = scenes.read("mouse")
     plain = {key: mouse[key] for key in ("name", "mesh", "material", "fixed")}
-    assert difference(quadratic(plain, 0.16), tmp_path / "t", build) < PRINTED
+    assert difference(quadratic(plain, 0.16), tmp_path / "t") < PRINTED
 
 
 # ---- fibres, skin, bed and weight in one body ----------------------------------------------------------------------
@@ -129,7 +121,7 @@ def bed(mesh):
 
 def test_fibres_skin_bed_and_weight_in_one_body(tmp_path, build):
     weight = "*DLOAD\nR0,GRAV,9810.,0.,0.,-1.\nR1,GRAV,9810.,0.,0.,-1.\n"
-    assert difference(whole_scene(), tmp_path / "t", build,
+    assert difference(whole_scene(), tmp_path / "t",
                       lambda mesh: (solids(mesh) + skin(mesh) + bed(mesh), weight)) < PRINTED
 
 
@@ -147,4 +139,4 @@ def test_curved_tetrahedra_as_their_file_has_them(tmp_path, build):
         pytest.skip("no ../shared/meshes")
     scene = {"name": "ball", "mesh": {"file": str(file), "element": "quadratic"},
              "material": {"young": 1e4, "poisson": 0.16}, "fixed": [{"box": [-1e3, -1e3, -1e3, 1e3, 1e3, -0.4]}]}
-    assert difference(scene, tmp_path / "t", build) < PRINTED
+    assert difference(scene, tmp_path / "t") < PRINTED

@@ -238,8 +238,9 @@ def program(file: Path, text: str) -> None:
     file.chmod(0o755)
 
 
-def test_a_picture_without_a_contact_is_refused_and_the_one_that_is_there_stays(tmp_path):
+def test_a_picture_without_a_contact_is_refused_and_the_one_that_is_there_stays(tmp_path, monkeypatch):
     build, pictures = tmp_path / "build", tmp_path / "pictures"
+    monkeypatch.setenv("BUILD", str(build))
     pictures.mkdir()
     program(build / "bin/haptable-view", 'for last; do :; done; echo drawn >"$last"\n')
 
@@ -247,7 +248,7 @@ def test_a_picture_without_a_contact_is_refused_and_the_one_that_is_there_stays(
         program(build / "bed/servo", "for last; do :; done; printf 'tick,contact,force_x,force_y,force_z\\n"
                 f"99,1,0,0,1\\n100,{contact},0,0,{force_n}\\n' >\"$last\"\n")
         (pictures / "law-bed.png").write_text("before")
-        figures.make(["law-bed"], build, pictures)
+        figures.make(["law-bed"], pictures)
 
     make(0.3, 1)
     assert (pictures / "law-bed.png").read_text() == "drawn\n"
@@ -264,11 +265,12 @@ def test_a_picture_of_another_name_is_an_error_that_names_those_there_are():
     assert "no figure no-such-figure" in ended.stderr and "law-bed" in ended.stderr
 
 
-def test_a_folder_of_others_is_left_alone(tmp_path):
+def test_a_folder_of_others_is_left_alone(tmp_path, monkeypatch):
+    monkeypatch.setenv("BUILD", str(tmp_path))
     (tmp_path / "figures").mkdir()
     (tmp_path / "figures/mine").write_text("kept")
     with pytest.raises(LabError, match="holds files that are not haptable's"):
-        figures.make(["states"], tmp_path, tmp_path)
+        figures.make(["states"], tmp_path)
     assert (tmp_path / "figures/mine").read_text() == "kept"
 
 

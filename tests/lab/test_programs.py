@@ -6,14 +6,10 @@ import os
 import subprocess
 
 import pytest
-from lab import LabError, programs, scenes
+from lab import LabError, output_of, programs, scenes
 from lab.error import FORCES
-from lab.numbers import text_of
+from lab.numbers import texts
 from lab.specimens import cube_scene
-
-
-def _rows(table):
-    return [[text_of(cell) for cell in row] for row in table["rows"]]
 
 
 # ---- speed ---------------------------------------------------------------------------------------------------------
@@ -32,13 +28,13 @@ def _speed(step_s, solve_s):
 def test_the_median_of_the_repetitions_counts_and_ratios_tell_whether_they_are_kept():
     tables = programs.speed_tables(_speed({"cube": 1e-7, "mouse": 2e-7}, {"cube": 4e-6, "mouse": 4e-6}))
     assert tables["speed"]["columns"][1:3] == ["cube", "mouse"]
-    assert _rows(tables["speed"])[0][1:3] == ["100 ns", "200 ns"]
-    assert _rows(tables["speed"])[-2][1:3] == ["200 ns", "400 ns"], "elapsed"
-    assert _rows(tables["speed"])[-1][1] == "38 mm/s"
-    assert _rows(tables["ratio"]) == [["cube: one solve over a force step", "40", "at least 30: kept"],
+    assert texts(tables["speed"])[0][1:3] == ["100 ns", "200 ns"]
+    assert texts(tables["speed"])[-2][1:3] == ["200 ns", "400 ns"], "elapsed"
+    assert texts(tables["speed"])[-1][1] == "38 mm/s"
+    assert texts(tables["ratio"]) == [["cube: one solve over a force step", "40", "at least 30: kept"],
                                       ["mouse: one solve over a force step", "20", "at least 30: MISSED"],
                                       ["force step, mouse over cube", "2", "at most 1.3: MISSED"]]
-    assert _rows(tables["precision"]) == [["float32", "1,752, 1.5e-07", "1,752, 1.5e-07"]]
+    assert texts(tables["precision"]) == [["float32", "1,752, 1.5e-07", "1,752, 1.5e-07"]]
 
 
 # ---- beside peers ------------------------------------------------------------------------------------------------
@@ -56,7 +52,7 @@ def test_a_mode_with_friction_is_beside_a_peer_with_friction():
     tables = programs.beside_tables({"contact": body, "above": above},
                                     {"contact": {**body, "hapi": [8.0]}, "above": above})
     assert set(tables) == {"modes-beside-hapi"}
-    rows = _rows(tables["modes-beside-hapi"])
+    rows = texts(tables["modes-beside-hapi"])
     assert [row[1] for row in rows] == ["4 s", "6 s", "500 ms", "2.00", "2.00", "0.50"]
     assert [row[4] for row in rows] == ["8 s", "6 s", "500 ms", "4.00", "2.00", "0.50"]
 
@@ -70,7 +66,7 @@ def test_a_peer_that_cannot_be_had_leaves_no_table():
 def test_a_tool_is_beside_as_many_proxies():
     ticks = {"clock": [0.0], "least-energy": [3.0], "nearest": [2.0], "hapi": [5.0]}
     body = {"tool": {"points": 12, "pressing": 2.84, "ticks": ticks}}
-    rows = _rows(programs.tool_tables(body, body)["tool-beside-proxies"])
+    rows = texts(programs.tool_tables(body, body)["tool-beside-proxies"])
     assert [row[:2] for row in rows] == [["12 points, least energy", "3 s"], ["12 points, nearest", "2 s"],
                                          ["12 proxies of hapi", "5 s"], ["points that press", "2.8"]]
 
@@ -87,22 +83,20 @@ void haptable_peer_step(void *peer, const double x[3], double f[3]) { (void)peer
 """
 
 
-def _timed(build, folder, peer, source):
+def _timed(folder, peer, source):
     """What haptable-contact tells of a small cube beside a peer of that source; empty: there is none."""
-    program = build / "bin/haptable-contact"
-    if not program.exists():
-        pytest.skip("no haptable-contact: make build/bin/haptable-contact")
     if source:
         (folder / "peer.c").write_text(source)
         subprocess.run(["cc", "-I.", "-shared", "-fPIC", folder / "peer.c", "-o", folder / peer], check=True)
     for force in FORCES:
-        mask = {"mask_radius": 0.012} if force == "pressure-mask" else {}
-        scenes.precompute({**cube_scene(3, 0.3), "contact": {"force": force, **mask}}, folder / force, build)
-    return programs.told(program, *(folder / force for force in FORCES), "--rounds", 2, "--peer", folder / peer)
+        scenes.precompute(scenes.touched(cube_scene(3, 0.3), force, 0.012), folder / force)
+    return programs.told("haptable-contact", *(folder / force for force in FORCES), "--rounds", 2, "--peer",
+                         folder / peer)
 
 
-def test_a_peer_is_timed_with_friction_and_without_in_the_ticks_of_every_mode(tmp_path, build, capfd):
-    told = _timed(build, tmp_path, "spring.so", _PEER)
+def test_a_peer_is_timed_with_friction_and_without_in_the_ticks_of_every_mode(tmp_path, needed, capfd):
+    needed("haptable-contact")
+    told = _timed(tmp_path, "spring.so", _PEER)
     modes = {f"{f} {g}{more}" for f in FORCES for g in ("nearest", "least-energy") for more in ("", " friction")}
     modes |= {f"{f} nearest stiffening" for f in FORCES}
     for of in told["contact"], told["above"]:
@@ -114,9 +108,10 @@ def test_a_peer_is_timed_with_friction_and_without_in_the_ticks_of_every_mode(tm
 
 @pytest.mark.parametrize(("source", "why"), [("int nothing;\n", "has no haptable_peer_make; run make peers"),
                                              ("", "run make peers")])
-def test_what_is_no_peer_is_an_error(tmp_path, build, capfd, source, why):
+def test_what_is_no_peer_is_an_error(tmp_path, needed, capfd, source, why):
+    needed("haptable-contact")
     with pytest.raises(LabError):
-        _timed(build, tmp_path, "none.so", source)
+        _timed(tmp_path, "none.so", source)
     assert why in capfd.readouterr().err
 
 
@@ -129,17 +124,15 @@ def test_peers_that_cannot_be_fetched_leave_no_library(tmp_path):
 
 # ---- devices -------------------------------------------------------------------------------------------------------
 
-def test_devices_tell_their_sources_and_what_never_rings(build):
-    program = build / "bin/haptable-bench-devices"
-    if not program.exists():
-        pytest.skip("no haptable-bench-devices: make build/bin/haptable-bench-devices")
-    raw = programs.told(program)
+def test_devices_tell_their_sources_and_what_never_rings(needed):
+    needed("haptable-bench-devices")
+    raw = programs.told("haptable-bench-devices")
     tables = programs.device_tables(raw)
     assert len(tables["device-figures"]["rows"]) == len(raw["models"])
     delayed = sum(model["delay_s"]["value"] > 0.0 for model in raw["models"])
     assert len(tables["device-stability"]["rows"]) == 2 * len(raw["models"]) - delayed
     raw["stability"][0].update(alone=None, promised=1234.0)
-    assert _rows(programs.device_tables(raw)["device-stability"])[0][2:5] == ["1,234", "none to 1e6", "-"]
+    assert texts(programs.device_tables(raw)["device-stability"])[0][2:5] == ["1,234", "none to 1e6", "-"]
 
 
 def test_a_program_that_fails_is_an_error_that_names_it(tmp_path):
@@ -161,11 +154,11 @@ def _counted(worst, **more):
 def test_instructions_are_told_by_what_a_tick_does_and_of_a_millisecond():
     tables = programs.instruction_tables([{"name": "cube", "targets": {
         "cortex-m4": _counted(1680, cycles=[1200, 2000]), "rv32": _counted(16800)}}])
-    rows = _rows(tables["instructions"])
+    rows = texts(tables["instructions"])
     assert rows[0] == ["cube, sliding", "1,000 / 1,500 / 1,680", "1,000 / 1,500 / 16,800", "10.0 %"]
     assert [row[0] for row in rows[1:]] == ["cube, first contact", "cube, free", "cube, leaving", "cube, a jump",
                                             "cube, sliding, with its limits", "cube, free, with its limits"]
-    assert _rows(tables["cycles"]) == [["cube, cortex-m4", "1,200", "2,000"]]
+    assert texts(tables["cycles"]) == [["cube, cortex-m4", "1,200", "2,000"]]
 
 
 def test_a_core_without_a_model_has_no_cycles():
@@ -187,7 +180,7 @@ def test_growth_is_the_slope_over_the_cubes():
     table = programs.inversion_tables({"block_nodes": 64,
                                        "bodies": [*cubes, _body(10.0, is_cube=False)]})["inversion-growth"]
     assert table["columns"][0] == "exponent over nodes, 100 to 8,000"
-    slopes = {row[0]: row[1] for row in _rows(table)}
+    slopes = {row[0]: row[1] for row in texts(table)}
     assert slopes["factor, operations"] == "2.00"
     assert slopes["factor, bytes"] == "1.33"
     assert "inversion in double, CPU s" not in slopes
@@ -196,22 +189,20 @@ def test_growth_is_the_slope_over_the_cubes():
 def test_what_was_not_measured_is_a_dash_or_no_row():
     tables = programs.inversion_tables({"block_nodes": 64, "bodies": [
         _body(100.0, double_s=None, double_peak=None, double_error=None, columns_float_s=None)]})
-    assert _rows(tables["inversion-times"])[0][6:8] == ["-", "-"]
-    assert _rows(tables["inversion-solves"])[0][3] == "12.5 %"
+    assert texts(tables["inversion-times"])[0][6:8] == ["-", "-"]
+    assert texts(tables["inversion-solves"])[0][3] == "12.5 %"
     assert tables["inversion-columns"]["rows"] == []
     assert "inversion-growth" not in tables
     assert "inversion-accuracy" not in tables
 
 
-def test_the_inversion_is_as_exact_as_solves(build):
+def test_the_inversion_is_as_exact_as_solves(needed, build):
     """L_ii and L_ij of a small cube: in double to the roundings that its condition magnifies, in float as in float."""
-    program = build / "bin/haptable-bench-inversion"
-    if not program.exists():
-        pytest.skip("no haptable-bench-inversion: make build/bin/haptable-bench-inversion")
-    raw = programs.told(program, "--sides", "4", "--no-accuracy")
+    needed("haptable-bench-inversion")
+    raw = programs.told("haptable-bench-inversion", "--sides", "4", "--no-accuracy")
     [body] = raw["bodies"]
     assert body["nodes"] == 64
     assert body["double_error"] < 1e-12
     assert 1e-9 < body["float_error"] < 1e-4
     assert not math.isnan(body["solves_s"])
-    assert subprocess.run([str(program), "--help"], capture_output=True, check=False).returncode == 0
+    assert "--sides" in output_of(build / "bin/haptable-bench-inversion", "--help")

@@ -2,13 +2,12 @@
 """Sessions in real time: what is made of the times on the wire, and a session from end to end."""
 
 import os
-import shutil
 import subprocess
 
 import numpy as np
 import pytest
 from lab import LabError, realtime
-from lab.numbers import text_of
+from lab.numbers import texts
 
 BEGIN = 1_000_000  # us
 
@@ -49,30 +48,21 @@ def test_tables_tell_the_ratio_of_servo_and_echo():
         device = {"ticks": 200, "missed": 1, "late_ticks": 0, "silences": 0}
         return realtime.Session(realtime.times_of(*_wire(200, answer_us)), device, 0.25)
     tables = realtime.tables({"quiet": {"servo": session(60), "echo": session(30)}})
-    rows = [[text_of(cell) for cell in row] for row in tables["realtime"]["rows"]]
+    rows = texts(tables["realtime"])
     assert ["quiet", "from state to answer", "servo", *["60 us"] * 4] in rows
     assert ["quiet", "from state to answer", "ratio", *["2.00"] * 4] in rows
-    assert text_of(tables["realtime-counts"]["rows"][0][-1]) == "25 %"
-
-
-def _program(build, name):
-    program = build / "bin" / name
-    if not program.exists():
-        pytest.skip(f"no {name}: make build/bin/{name}")
-    return program
+    assert texts(tables["realtime-counts"])[0][-1] == "25 %"
 
 
 # A device believes an answer of its own model alone: an echo without one is never heard.
-def test_a_session_with_an_echo_ends_well_and_is_heard(build, tmp_path):
-    bench = _program(build, "haptable-bench-realtime")
-    if not (build / "cube/servo").exists() or shutil.which("unshare") is None:
-        pytest.skip("no build/cube/servo: make scene SCENE=meshes/cube.toml")
+def test_a_session_with_an_echo_ends_well_and_is_heard(needed, build):
+    needed("haptable-bench-realtime", "cube/servo")
+    bench = build / "bin/haptable-bench-realtime"
     code = ("import sys; from pathlib import Path; from lab import realtime; "
-            f"s = realtime.session(['{bench}', '--echo'], Path('meshes/cube.toml'), Path('{build}'), 0.5); "
+            f"s = realtime.session(['{bench}', '--echo'], Path('meshes/cube.toml'), 0.5); "
             "print(s.device['ticks'], len(s.times.latency))")
     ended = subprocess.run(["sh", "scripts/loopback.sh", "/usr/bin/env", "python3", "-c", code], capture_output=True,
-                           text=True,
-                           check=False, env={**os.environ, "PATH": f"/usr/bin:{os.environ['PATH']}"})
+                           text=True, check=False, env={**os.environ, "PATH": f"/usr/bin:{os.environ['PATH']}"})
     if ended.returncode == 77:
         pytest.skip(ended.stderr)
     assert ended.returncode == 0, ended.stderr

@@ -12,11 +12,11 @@ import scipy.sparse as sp
 from lab import LabError, binding, scenes
 from lab.cholmod import Factor
 from lab.elements import Masked
-from lab.error import Discrete, conjugate_gradients, time_ticks
+from lab.error import Discrete, conjugate_gradients, felt_at, time_ticks
 from lab.figure import ROOT
 from lab.known import dimitriadis, pulled_apart
 from lab.large_strain import NeoHooke, departure, depth_off, where_off
-from lab.reference import Bricks, Footprint, Mesh, Solid, Tetrahedra, graded, hertz, lame, shares_on, uniform
+from lab.reference import Bricks, Footprint, Mesh, Tetrahedra, graded, hertz, lame, uniform
 from lab.specimens import (Place, cells, cube_scene, grid, mesh_of, mesh_places, read_vtu, reference, spiral, truth_of,
                            write_tetgen)
 
@@ -45,6 +45,7 @@ def test_the_factor_solves_and_says_what_is_not_definite():
 
 def box_under_pull(poisson):
     """Bricks of a box that is pulled along z: held at its base as a column that may shrink is not."""
+    skfem()
     return Bricks([np.linspace(0, 1, 3)] * 2 + [graded(0.0, 2.0, 0.5, 1.0, 2, 2)], 3.0, poisson)
 
 
@@ -79,7 +80,7 @@ def test_the_body_is_what_docs_say(name, radius, tmp_path, build):
     skfem()
     kept = truth_of(json.loads((ROOT / "docs/numbers.json").read_text()), name)
     scene = scenes.read(ROOT / f"meshes/{name}.toml")
-    body = reference(scene, mesh_of(scene, tmp_path / "mesh", build))
+    body = reference(scene, mesh_of(scene, tmp_path / "mesh"))
     places = mesh_places(body, np.load(tmp_path / "mesh/surface.npy").astype(np.int64), radius)
     c = body.compliances([body.shares(Footprint(p.on, radius)) for p in places])
     for place, one, truth in zip(places, c, kept):
@@ -101,11 +102,12 @@ def test_cutting_in_eight_keeps_the_body():
 
 
 def test_a_finger_beside_the_surface_is_an_error():
-    mesh = cells((1, 1, 1))
+    skfem()
+    body = Tetrahedra(cells((1, 1, 1)), 1.0, 0.3, lambda x: x[:, 2] == 0)
     with pytest.raises(LabError, match="no node is under it"):
-        shares_on(mesh.x, mesh.surface, Footprint(np.array([5.0, 0, 0]), 0.1))
-    shares = shares_on(mesh.x, mesh.surface, Footprint(np.array([0.5, 0.5, 1.0]), 0.4, hertz))
-    assert shares.sum() == pytest.approx(1.0) and (shares[mesh.x[:, 2] == 0] == 0).all()
+        body.shares(Footprint(np.array([5.0, 0, 0]), 0.1))
+    shares = body.shares(Footprint(np.array([0.5, 0.5, 1.0]), 0.4, hertz))
+    assert shares.sum() == pytest.approx(1.0) and np.abs(shares[body.x[:, 2] == 0]).max() < 1e-15
 
 
 # ---- the product beside them ---------------------------------------------------------------------------------------
@@ -118,7 +120,7 @@ def test_quadratic_tetrahedra_are_the_body_where_a_finger_is_as_wide_as_two_edge
     across = graded(0.015, 0.03, 0.015, 0.0225, 6, 2)
     quarter = Bricks([across, across, graded(0.0, 0.03, 0.0225, 0.03, 4, 3)], 1e4, poisson, quarter=True)
     body = 1.0 / quarter.compliances([quarter.shares(Footprint(MIDDLE, radius))])[0][2, 2]
-    masked = Masked(cube_scene(9, 0.3), "quadratic", radius, tmp_path / "t", build, binding.load(build))
+    masked = Masked(cube_scene(9, 0.3), "quadratic", radius, tmp_path / "t")
     felt = masked.at(poisson, [Place(MIDDLE, np.array([0.0, 0.0, 1.0]))])[0]
     assert felt / body == pytest.approx(1.0, abs=0.032)
 
@@ -136,8 +138,8 @@ def test_modes_are_those_of_the_same_mesh(element, is_free, tmp_path, build):
     if is_free:
         scene["body"]["free"] = True
         del scene["fixed"]
-    found = scenes.precompute(scene, tmp_path / "t", build)["modes"]["frequency_hz"]
-    mesh = mesh_of(cube_scene(5, 0.16, top=False), tmp_path / "mesh", build)
+    found = scenes.precompute(scene, tmp_path / "t")["modes"]["frequency_hz"]
+    mesh = mesh_of(cube_scene(5, 0.16, top=False), tmp_path / "mesh")
     free = [] if is_free else [0.0]
     body = Tetrahedra(mesh, 1e4, 0.16, lambda x: np.isin(x[:, 2], free), element == "quadratic")
     basis = Basis(MeshTet(mesh.x.T.copy(), mesh.tets.T.copy()),
@@ -159,8 +161,8 @@ def same_order(x, basis):
 
 
 def test_a_tick_of_a_folder_is_timed_in_every_precision(tmp_path, build):
-    scenes.precompute(cube_scene(5, 0.3), tmp_path / "t", build)
-    timed = time_ticks(build, [tmp_path / "t"], 0.001, 100, 3, every=True)
+    scenes.precompute(cube_scene(5, 0.3), tmp_path / "t")
+    timed = time_ticks([tmp_path / "t"], 0.001, 100, 3)
     assert [(t["precision"], t["god_object"]) for t in timed] == [
         (p, g) for p in ("float32", "float16", "int16") for g in ("nearest", "least-energy")]
     assert all(len(t["tick_s"]) == 3 and min(t["tick_s"]) > 0 for t in timed)
@@ -173,16 +175,14 @@ OLD_POINTS = {("interpolated", "nearest", "float32"), ("consistent", "least-ener
 
 
 def test_errors_are_those_that_docs_have(tmp_path, build):
-    from lab.error import force_at
     topics = json.loads((ROOT / "docs/numbers.json").read_text())
-    truths, haptable = truth_of(topics, "cube, nu 0.3"), binding.load(build)
+    truths = truth_of(topics, "cube, nu 0.3")
     kept = {tuple(row[3:6]): row for row in topics["points"]["rows"]
             if row[:3] == ["cube, nu 0.3", "5 a side", "linear"]}
     for force, god_object, precision in OLD_POINTS:
-        mask = {"mask_radius": 0.005} if force == "pressure-mask" else {}
-        scenes.precompute({**cube_scene(5, 0.3), "contact": {"force": force, **mask}}, tmp_path / force, build)
-        body = haptable.load(tmp_path / force, precision=precision, god_object=god_object, bare=True)
-        off = [np.linalg.norm(force_at(body, t) - f) / np.linalg.norm(f)
+        scenes.precompute(scenes.touched(cube_scene(5, 0.3), force, 0.005), tmp_path / force)
+        body = binding.load().load(tmp_path / force, precision=precision, god_object=god_object, bare=True)
+        off = [np.linalg.norm(felt_at(body, t.place, 0.001) - f) / np.linalg.norm(f)
                for t in truths for f in [t.force(god_object == "least-energy", 0.001)]]
         assert np.sqrt(np.mean(np.square(off))) == pytest.approx(kept[force, god_object, precision][6]["value"],
                                                                  rel=1e-4)
@@ -190,8 +190,8 @@ def test_errors_are_those_that_docs_have(tmp_path, build):
 
 def test_gradients_find_what_the_factor_does(tmp_path, build):
     skfem()
-    scene = {**cube_scene(5, 0.3), "contact": {"force": "pressure-mask", "mask_radius": 0.005}}
-    scenes.precompute(scene, tmp_path / "t", build)
+    scene = scenes.touched(cube_scene(5, 0.3), "pressure-mask", 0.005)
+    scenes.precompute(scene, tmp_path / "t")
     on = Discrete(scene, tmp_path / "t")
     place = spiral((0.015, 0.015, 0.03), 0.008, 1)[0]
     w = on.body.loads([on.mask(*on.locate(place.on))])
@@ -210,7 +210,7 @@ def test_gradients_find_what_the_factor_does(tmp_path, build):
 def test_the_force_departs_from_the_linear_one_as_its_series_says(tmp_path, build):
     """Newton's method on a small body, against a and b."""
     skfem()
-    body = reference(cube_scene(4, 0.3), mesh_of(cube_scene(4, 0.3), tmp_path / "mesh", build), quadratic=False)
+    body = reference(cube_scene(4, 0.3), mesh_of(cube_scene(4, 0.3), tmp_path / "mesh"), quadratic=False)
     law = NeoHooke(body, 1e4, 0.3)
     shares = body.shares(Footprint(MIDDLE, 0.012))
     a, b = departure(body, law, shares, np.array([0.0, 0.0, -1.0]))
@@ -247,15 +247,14 @@ def test_known_laws():
 def test_a_mesh_that_is_written_is_read_by_the_product(tmp_path, build):
     mesh = cells((2, 2, 2))
     scene = {**cube_scene(5, 0.3, top=False), "mesh": {"file": str(write_tetgen(mesh, tmp_path / "six"))}}
-    scenes.precompute(scene, tmp_path / "t", build)
+    scenes.precompute(scene, tmp_path / "t")
     read = read_vtu(tmp_path / "t/mesh.vtu")
     assert (read.x == mesh.x).all() and len(read.tets) == 48 and isinstance(read, Mesh)
-    assert isinstance(Solid(sp.eye(6), np.zeros(2, bool)).factor, Factor)
 
 
 def test_ticks_of_no_folder_are_an_error(build, capfd):
     with pytest.raises(LabError, match="ended with status"):
-        time_ticks(build, [ROOT / "no-such-folder"], 0.001, 10, 1)
+        time_ticks([ROOT / "no-such-folder"], 0.001, 10, 1)
     assert "no-such-folder" in capfd.readouterr().err
     assert subprocess.run([str(build / "bin/haptable-bench-ticks"), "--help"], capture_output=True,
                           check=False).returncode == 0

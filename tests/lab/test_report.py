@@ -24,7 +24,8 @@ def made(tmp_path_factory) -> Path:
     out = tmp_path_factory.mktemp("report")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(ROOT)
-        report.make(Path("no build"), out)
+        patch.setenv("BUILD", "no build")
+        report.make(out)
     return out
 
 
@@ -99,7 +100,7 @@ def test_a_page_with_numbers_that_no_part_names_comes_under_more(tmp_path):
 def test_numbers_that_are_missing_are_an_error_that_names_them(tmp_path):
     (tmp_path / "numbers.json").write_text("{}")
     with pytest.raises(LabError, match="has no large-strain-curve; measure it"):
-        report.make(tmp_path, tmp_path / "out", tmp_path)
+        report.make(tmp_path / "out", tmp_path)
 
 
 # ---- in a browser --------------------------------------------------------------------------------------------------

@@ -67,6 +67,6 @@ def test_noise_moves_nodes_along_their_normals_and_at_most_by_its_share():
 
 
 def test_a_run_tells_how_a_scan_was_filled(tmp_path, build):
-    topic = scan.filling(cells((4, 4, 4)), tmp_path / "scan", build, nodes=100)["scan-filling"]
+    topic = scan.filling(cells((4, 4, 4)), tmp_path / "scan", nodes=100)["scan-filling"]
     assert topic["columns"] == ["notes, of 100 nodes wanted"]
     assert any("filled the surface of 192 triangles" in row[0] for row in topic["rows"])

@@ -30,7 +30,7 @@ def test_a_law_stands_in_a_scene_file_as_the_program_reads_it(tmp_path, build):
 @needs_ccx
 def test_dents_are_calculixs_and_nowhere_worse_than_linear(tmp_path, build, monkeypatch):
     monkeypatch.setattr(stiffening, "BODIES", {"cube": ("cube", 7, 0.008)})
-    rows = stiffening.measure("cube", tmp_path, build)
+    rows = stiffening.measure("cube", tmp_path)
     assert len(rows) == 2 * 4 * stiffening.LEVELS
     for way in stiffening.WAYS:
         off = np.array([[row[7]["value"], row[8]["value"]] for row in rows if row[2] == way])

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from lab import strokes
-from lab.numbers import read_numbers, text_of
+from lab.numbers import read_numbers, texts
 
 
 def _tally(count=10, **more):
@@ -26,16 +26,12 @@ def _counts(*tallies, total=None):
                     "modes": {f"mode-{i}": tally for i, tally in enumerate(tallies)}}]}
 
 
-def _rows(table):
-    return [[text_of(cell) for cell in row] for row in table["rows"]]
-
-
 def test_faults_are_summed_by_mode_by_way_and_by_mesh():
     made = strokes.tables(_counts(_tally(faults={"lost": 0, "force": 2}), _tally(faults={"lost": 3, "force": 1})))
     assert made["strokes-modes"]["columns"] == ["force", "god-object", "friction", "strokes", "lost", "force"]
-    assert _rows(made["strokes-modes"]) == [["interpolated", "nearest", "no", "20", "3", "3"]]
-    assert _rows(made["strokes-kinds"]) == [["one, held", "10", "0", "2"], ["two, free", "10", "3", "1"]]
-    assert _rows(made["strokes-meshes"]) == [["cube, filled", "1,250", "20", "2 force", "3 lost, 1 force"]]
+    assert texts(made["strokes-modes"]) == [["interpolated", "nearest", "no", "20", "3", "3"]]
+    assert texts(made["strokes-kinds"]) == [["one, held", "10", "0", "2"], ["two, free", "10", "3", "1"]]
+    assert texts(made["strokes-meshes"]) == [["cube, filled", "1,250", "20", "2 force", "3 lost, 1 force"]]
 
 
 def test_a_tool_is_a_kind_of_its_own():
@@ -44,18 +40,18 @@ def test_a_tool_is_a_kind_of_its_own():
 
 def test_a_mode_without_strokes_is_no_clean_one():
     made = strokes.tables(_counts(_tally(), _tally(0)))
-    assert _rows(made["strokes-meshes"]) == [["cube, filled", "1,250", "10", "0", "-"]]
+    assert texts(made["strokes-meshes"]) == [["cube, filled", "1,250", "10", "0", "-"]]
 
 
 def test_left_out_meshes_say_why_without_their_path():
-    assert _rows(strokes.tables(_counts(_tally()))["strokes-left-out"]) == [["a", "is open: close it"],
+    assert texts(strokes.tables(_counts(_tally()))["strokes-left-out"]) == [["a", "is open: close it"],
                                                                              ["b", "the same mesh as a"]]
 
 
 def test_what_is_by_design_is_told_as_shares_and_rates():
     table = strokes.tables(_counts(_tally(8, behind_strokes=1, limits=3, contact_ticks=1000)))["contact-by-design"]
     assert table["columns"] == ["by design", "nearest"]
-    assert [row[1] for row in _rows(table)] == ["12 %", "0", "0", "0", "3,000"]
+    assert [row[1] for row in texts(table)] == ["12 %", "0", "0", "0", "3,000"]
 
 
 # Counts are of the firmware that is there: make strokes && make report.

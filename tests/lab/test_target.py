@@ -41,20 +41,17 @@ def test_parts_are_told_by_their_bound_or_by_what_was_counted():
 
 def test_every_variant_is_a_scene_that_the_product_reads(tmp_path, build):
     plain = tmp_path / "plain"
-    scenes.precompute(target._plain("cube"), plain, build)
+    scenes.precompute(target.plain_scene("cube"), plain)
     for what, change in {**target.variants(0.012, plain), **target.OF_ANY_MESH}.items():
-        scene = target._plain("cube")
-        change(scene)
-        assert scene != target._plain("cube") or what.startswith("the paper's force"), what
-        scenes.precompute(scene, tmp_path / "t", build)
+        assert change or what.startswith("the paper's force"), what
+        scenes.precompute(scenes.vary(target.plain_scene("cube"), **change), tmp_path / "t")
 
 
-def test_the_images_tell_every_tick(build):
-    if not (build / "cube/firmware/cortex-m7/measure.elf").exists() or shutil.which("qemu-system-arm") is None:
-        pytest.skip("no images: make images")
-    if not (build / "bin/haptable-count").exists():
-        pytest.skip("no haptable-count: make build/bin/haptable-count")
-    one, two = (target.count_ticks(build, build / "cube", "--target", "cortex-m7", "--strokes", "5", *more)
+def test_the_images_tell_every_tick(needed, build):
+    if shutil.which("qemu-system-arm") is None:
+        pytest.skip("no emulator: sh scripts/setup.sh test")
+    needed("haptable-count", "cube/firmware/cortex-m7/measure.elf")
+    one, two = (target.count_ticks(build / "cube", "--target", "cortex-m7", "--strokes", "5", *more)
                 for more in ((), ("--every-mode",)))
     assert len(one) == 1 and len(one[0]["instructions"]) == len(one[0]["states"]) == 100
     assert [mode["mode"] for mode in two] == [*(f"interpolated {g}{m}" for m in ("", " friction", " passivity")
@@ -64,29 +61,26 @@ def test_the_images_tell_every_tick(build):
     assert max(two[1]["instructions"]) <= two[1]["bound"] and two[1]["bound"] > two[0]["bound"]
 
 
-def test_what_is_no_path_is_an_error(build, capfd):
-    if not (build / "bin/haptable-count").exists():
-        pytest.skip("no haptable-count: make build/bin/haptable-count")
+def test_what_is_no_path_is_an_error(needed, build, capfd):
+    needed("haptable-count")
     with pytest.raises(LabError, match="ended with status"):
-        target.count_ticks(build, build / "cube", path="round")
+        target.count_ticks(build / "cube", path="round")
     assert "round: is no path: hard, strokes, tip" in capfd.readouterr().err
 
 
 def test_scenes_of_bodies_are_there():
     assert all((ROOT / f"meshes/{file}.toml").exists() for file, _ in target.BODIES.values())
-    assert isinstance(target.with_force(scenes.read(Path(ROOT / "meshes/cube.toml")), "consistent", 0.1)["contact"],
+    assert isinstance(target.with_force(scenes.read("cube"), "consistent", 0.1)["contact"],
                       dict)
 
 
-def test_a_tool_is_counted_in_the_modes_that_it_has(build, tmp_path):
-    if not (build / "cube/firmware/cortex-m7/measure.elf").exists() or shutil.which("qemu-system-arm") is None:
-        pytest.skip("no images: make images")
-    if not (build / "bin/haptable-count").exists():
-        pytest.skip("no haptable-count: make build/bin/haptable-count")
-    scene = target._plain("cube")
-    target.OF_ANY_MESH["`[tool]`, four points, consistent"](scene)
-    scenes.precompute(scene, tmp_path / "t", build)
-    modes = target.count_ticks(build, tmp_path / "t", "--target", "cortex-m7", "--strokes", "10", "--every-mode",
+def test_a_tool_is_counted_in_the_modes_that_it_has(needed, tmp_path):
+    if shutil.which("qemu-system-arm") is None:
+        pytest.skip("no emulator: sh scripts/setup.sh test")
+    needed("haptable-count", "cube/firmware/cortex-m7/measure.elf")
+    scene = scenes.vary(target.plain_scene("cube"), **target.OF_ANY_MESH["`[tool]`, four points, consistent"])
+    scenes.precompute(scene, tmp_path / "t")
+    modes = target.count_ticks(tmp_path / "t", "--target", "cortex-m7", "--strokes", "10", "--every-mode",
                                path="strokes")
     assert [mode["mode"] for mode in modes] == [
         f"consistent {god_object}{more}" for more in ("", " friction") for god_object in ("nearest", "least-energy")]

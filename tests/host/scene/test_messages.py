@@ -191,8 +191,6 @@ WRONG = [
     ("rest", "[body]\nfree = true\nmass = 1\nfloor_friction = 1",
      "10: body.floor_friction: needs floor, its height; give it"),
     ("rest", "[body]\nmass = 1", "8: body.mass: is of a body that moves; add free = true or modes"),
-    ("rest", "[body]\nfree = true\nmass = 1e-9",
-     "9: body.mass: is 1e-09 kg, and a servo moves 1e-06 to 1e+06 kg: give it in kg"),
     ("rest", "[body]\nfree = true\nmass = 1\nsuspension = [1, 2]",
      "10: body.suspension: must be six: along x, y, z, then about them"),
     ("rest", "[body]\nfree = true\nmass = 1\nsuspension = [1, 2, 3, -4, 5, 6]",
@@ -240,10 +238,6 @@ WRONG = [
     ("rest", "[body]\nmodes = 8\nmass = 1\nmode_damping = 0.00001",
      "10: body.mode_damping: is 1e-05, the ratio to critical damping, and must be at least 0.0001 and below 1"),
     ("rest", "[body]\nmodes = -1\nmass = 1", "8: body.modes: is -1, and a servo has 0 to 16"),
-    ("rest", "[body]\nfree = true\nmass = 1\nmode_damping = 0.1",
-     "10: body.mode_damping: needs modes, how many ring; give it"),
-    ("rest", "[gravity]\ndensity = 9\n[body]\nmodes = 2\ndensity = 1",
-     "11: body.density: is in [gravity] already; remove one of them"),
     ("rest", "[body]\nmodes = 2\nmass = 1\n[contact]\npassivity = true",
      "8: body.modes: count what contacts give themselves: remove passivity, or modes"),
 ]
@@ -291,9 +285,6 @@ CHANGED = [
     ("max_force = 3.0", "damping = 0\nrotation = 90", "17: device.rotation: must be three numbers: x y z"),
     ("max_force = 3.0", "damping = 0\nworkspace = [1, 0, 0, 0, 1, 1]",
      "17: device.workspace: xmin 1 is greater than xmax 0; swap them"),
-    ("max_force = 3.0", "damping = 0\nmass = [1, 1, 0]", "17: device.mass: is 0 and must be greater than 0"),
-    ("max_force = 3.0", "damping = 0\ndelay = 0.03",
-     "17: device.delay: is 0.03 s, and a servo takes what is 0.02 s old for silence"),
     ("max_force = 3.0", "damping = 0\nclutches = 1",
      "17: device.clutches: unknown key; known here: model, max_force, mass, damping, friction, encoder_step, "
      "bandwidth, delay, max_speed, max_force_rate, mean_force, mean_force_time, force_return, ramp_time, position, "
@@ -309,31 +300,20 @@ CHANGED = [
      "14: contact.colour: unknown key; known here: force, mask_radius, god_object, rigid_stiffness, friction, "
      "kinetic_friction, fingers, release_slew, coupling, passivity, grab"),
     ("columns", "column", "18: tables.column: unknown key; did you mean columns?"),
-    ("0.3\n", "0.49999\n",
-     "8: material.poisson: is 0.49999, and linear tetrahedra above 0.4999 give the mesh's stiffness, not the "
-     "body's: write element = \"average-nodal-pressure\" in [mesh]"),
     ("[device]", '[[region]]\ngroup = "a"\nyoung = 1\npoisson = 0.49999\n[device]',
      "18: region.poisson: is 0.49999, and linear tetrahedra above 0.4999 give the mesh's stiffness, not the body's: "
      "write element = \"average-nodal-pressure\" in [mesh]"),
-    ("generate", 'element = "avarage-nodal-pressure"\ngenerate',
-     '3: mesh.element: "avarage-nodal-pressure" is not known; did you mean average-nodal-pressure?'),
     ('"interpolated"', '"pressure-mask"\nmask_radius = 0', "15: contact.mask_radius: is 0 and must be greater than 0"),
-    ("interpolated", "consistant", '14: contact.force: "consistant" is not known; did you mean consistent?'),
     ("[device]", 'god_object = "last-energy"\n[device]',
      '15: contact.god_object: "last-energy" is not known; did you mean least-energy?'),
     ("columns", 'flash_budget = "64k"\ncolumns', "18: tables.flash_budget: must be a whole number, not a text"),
     ("columns", 'precision = "float8"\ncolumns', '18: tables.precision: "float8" is not known; did you mean float32?'),
     ("[device]", '[[region]]\ngroup = "a"\n[device]', "15: region.young: is missing; give a number"),
     ("[device]", "[[region]]\nyoung = 1\npoisson = 0.3\n[device]", "15: region.box: give either a box or a group"),
-    ("[device]", '[[region]]\ngroup = "a"\nyoung = 1\npoisson = 0.6\n[device]',
-     "18: region.poisson: is 0.6 and must lie between -1 and 0.5, both excluded; 0.5 is incompressible, which this "
-     "method cannot do: use 0.49"),
     ("side = 0.03", "edge_length = 0.1",
      "5: mesh.edge_length: belongs to a surface file that is filled; give the cube nodes_per_side"),
     ("[device]", "friction = -0.2\n[device]", "15: contact.friction: is -0.2 and must not be less than 0"),
-    ("1000", '"soft"', "7: material.young: must be a number, not a text"),
     ("[material]", "[[material]]", "6: material: must be one table, [material], not a list of tables"),
-    ("-1.0, 0.01", '"low", 0.01', "12: touch.box: entry 1 must be a finite number"),
     ("0.3\n", "0.3.1\n",
      "8: Error while parsing floating-point: expected decimal digit or exponent, saw '.' (column 14); docs/SCENE.md "
      "has every key"),
@@ -344,7 +324,6 @@ CHANGED = [
      "8: material.poisson: is -1 and must lie between -1 and 0.5, both excluded; 0.5 is incompressible, which this "
      "method cannot do: use 0.49"),
     ("0.3\n", "nan\n", "8: material.poisson: must be a finite number"),
-    ("1000", "-1000", "7: material.young: is -1000 and must be greater than 0"),
     ("1000", "0", "7: material.young: is 0 and must be greater than 0"),
     ("= 3\n", "= 1\n", "4: mesh.nodes_per_side: is 1 and must lie in 2..100"),
     ("3.0", "0.0", "16: device.max_force: is 0 and must be greater than 0"),
