@@ -130,7 +130,7 @@ TEST(LinePointsFrame, ComesOutAsItWentIn) {
     PointsPath path(3);
     for (int trial = 0; trial < 100; ++trial)
         for (const int hands : {0, 3, 4, 5, 6, 7, 8}) {
-            SCOPED_TRACE(Points{hands}.name());
+            SCOPED_TRACE(LinePoints{hands}.name());
             const haptable_line_hello hello = hands == 0 ? kToolHello : hello_of_hands(hands);
             const PointsState state = path.at(static_cast<std::uint32_t>(trial));
             const PointsAnswer answer = random();
@@ -200,7 +200,7 @@ TEST(LinePointsFrame, WithAnyBitTurnedIsNone) {
 // ---- the servo's end -----------------------------------------------------------------------------------------------
 
 /// The scene behind a line, and the same beside it.
-class LineOfPoints : public testing::TestWithParam<Points> {
+class LineOfPoints : public testing::TestWithParam<LinePoints> {
 protected:
     LineBytes put(std::uint32_t sequence, const PointsState& state) {
         return end.put(points_state_frame(sequence, end.hello, state));
@@ -211,7 +211,8 @@ protected:
         if (GetParam().hands == 0) {
             haptable_tool_input in{state.in[0], {}};
             std::copy_n(state.turn.begin(), 4, in.turn);
-            if ((state.begins & 1U) != 0) beside.release(beside.servo(0).position_us + HAPTABLE_SILENCE_US, answer.tool.out);
+            if ((state.begins & 1U) != 0)
+                beside.release(beside.servo(0).position_us + HAPTABLE_SILENCE_US, answer.tool.out);
             beside.step(in, state.time_us, answer.tool.out);
             answer.tool.stored_j = static_cast<float>(beside.tool_energy_j());
             for (std::size_t i = 0; i < beside.scene_points()->count; ++i) {
@@ -245,7 +246,8 @@ protected:
     void SetUp() override { beside.check(HAPTABLE_CHECK_ALL); }
 };
 
-INSTANTIATE_TEST_SUITE_P(Scenes, LineOfPoints, testing::Values(Points{0}, Points{3}, Points{5}, Points{8}),
+INSTANTIATE_TEST_SUITE_P(Scenes, LineOfPoints,
+                         testing::Values(LinePoints{0}, LinePoints{3}, LinePoints{5}, LinePoints{8}),
                          [](const auto& of) { return of.param.name(); });
 
 // Turning, together and alone, gone and back, beginning anew, after a gap; each twice: answered twice, stepped once.

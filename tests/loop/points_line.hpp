@@ -22,7 +22,7 @@
 namespace haptable::test {
 
 /// What touches the cube.
-struct Points {
+struct LinePoints {
     int hands = 0;  ///< 0: a tool
 
     std::string name() const { return hands == 0 ? "tool" : "hands_" + std::to_string(hands); }
@@ -31,13 +31,13 @@ struct Points {
 /// A scene and what it points to; made once.
 class PointsScene {
 public:
-    static const PointsScene& of(const Points& points) {
+    static const PointsScene& of(const LinePoints& points) {
         static std::map<int, std::unique_ptr<PointsScene>> made;
         auto& one = made[points.hands];
         if (!one) one = std::make_unique<PointsScene>(points);
         return *one;
     }
-    explicit PointsScene(const Points& points) : loaded_(made_in(folder_, points)) {}
+    explicit PointsScene(const LinePoints& points) : loaded_(made_in(folder_, points)) {}
     PointsScene(const PointsScene&) = delete;
     PointsScene& operator=(const PointsScene&) = delete;
 
@@ -46,7 +46,7 @@ public:
     }
 
 private:
-    static LoadedScene made_in(const WorkFolder& folder, const Points& points) {
+    static LoadedScene made_in(const WorkFolder& folder, const LinePoints& points) {
         std::string text = R"(name = "points"
 [mesh]
 generate = "cube"

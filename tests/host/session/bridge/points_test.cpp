@@ -16,7 +16,7 @@
 namespace haptable::test {
 namespace {
 
-class BridgeOfPoints : public testing::TestWithParam<Points> {
+class BridgeOfPoints : public testing::TestWithParam<LinePoints> {
 protected:
     BridgeOfPoints() {
         for (std::size_t finger = 0; finger < fingers; ++finger)
@@ -103,7 +103,7 @@ protected:
     std::vector<tool_wrench> wrenches;
 };
 
-INSTANTIATE_TEST_SUITE_P(Scenes, BridgeOfPoints, testing::Values(Points{0}, Points{3}, Points{8}),
+INSTANTIATE_TEST_SUITE_P(Scenes, BridgeOfPoints, testing::Values(LinePoints{0}, LinePoints{3}, LinePoints{8}),
                          [](const auto& of) { return of.param.name(); });
 
 // Answers that are damaged are asked for again; the record has the bytes of the host's replay, each point's contact
