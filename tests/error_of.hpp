@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <string>
 
 #include "host/base/error.hpp"
@@ -16,6 +18,19 @@ std::string error_of(Act act) {
         return error.what();
     }
     return "no error";
+}
+
+/// Whether a text has this part; what it says where it has not.
+inline testing::AssertionResult says(const std::string& text, const std::string& part) {
+    if (text.find(part) != std::string::npos) return testing::AssertionSuccess();
+    return testing::AssertionFailure() << "\"" << text << "\" does not say \"" << part << "\"";
+}
+
+/// Whether `act` throws an Error whose message has this part: EXPECT_TRUE(fails_with([&] { read(file); }, "no
+/// tables")).
+template <typename Act>
+testing::AssertionResult fails_with(Act act, const std::string& part) {
+    return says(error_of(act), part);
 }
 
 }  // namespace haptable::test

@@ -12,6 +12,7 @@
 #include "host/base/file.hpp"
 #include "host/base/modes.hpp"
 #include "host/scene/keys.hpp"
+#include "tests/error_of.hpp"
 
 namespace haptable::test {
 namespace {
@@ -44,7 +45,7 @@ TEST(Laws, ThePageOfWhatMovesHasEachMover) {
     for (const char* title : {
 #define HAPTABLE_TITLE(PART, KEY, WORD, TITLE, ...) TITLE,
              HAPTABLE_MOVERS(HAPTABLE_TITLE)})
-        EXPECT_NE(table.find(title), std::string::npos) << "docs/MOVING.md, its first table: " << title;
+        EXPECT_TRUE(says(table, title)) << "docs/MOVING.md, its first table: " << title;
 }
 
 /// True for a key of a scene that changes the tables.

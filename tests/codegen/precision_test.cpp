@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 #include <random>
 
 #include "codegen/codegen.hpp"
@@ -11,15 +12,16 @@
 #include "host/base/error.hpp"
 #include "host/body/mask.hpp"
 #include "tests/error_of.hpp"
+#include "tests/finger.hpp"
 #include "tests/shapes.hpp"
 #include "tests/tolerance.hpp"
 
 namespace haptable::test {
 namespace {
 
-/// The shape's tables with blocks stored as `precision`.
+/// Tables with blocks stored as `precision`.
 struct Stored {
-    Stored(const TestModel& from, Storage precision) : tables(from.tables()) {
+    Stored(const Tables& from, Storage precision) : tables(from) {
         tables.precision = precision;
         servo = build_model(tables);
         model = model_in_memory(tables, servo);
@@ -38,7 +40,7 @@ double half_value(std::uint16_t bits) {
 
 TEST(Precision, EveryFiniteHalfIsWidenedExactly) {
     const TestModel box(box_shape(1, {1, 1, 1}));
-    Stored stored(box, Storage::kFloat16);
+    Stored stored(box.tables(), Storage::kFloat16);
     const float one = 1.0F;
     stored.model.packed_scale = &one;
     for (std::uint32_t bits = 0; bits < 0x10000; ++bits) {
@@ -55,28 +57,23 @@ TEST(Precision, EveryFiniteHalfIsWidenedExactly) {
 TEST(Precision, TheCheckEndsWithThePackedTables) {
     const TestModel box(box_shape(3, {0.03, 0.03, 0.03}), 0.001);
     for (const Storage precision : {Storage::kFloat16, Storage::kInt16}) {
-        const Stored stored(box, precision);
+        const Stored stored(box.tables(), precision);
         ASSERT_LT(stored.model.free_count, stored.model.vertex_count);
-        std::size_t seen = 0;
+        std::map<const void*, std::size_t> bytes_at;
         for (std::uint32_t field = 0;; ++field) {
             const haptable_span of = haptable_span_of_model(&stored.model, field);
             if (of.bytes == HAPTABLE_SPAN_END) break;
-            const bool is_block = of.at == stored.servo.packed.data(),
-                       is_scale = of.at == stored.servo.packed_scale.data();
-            if (is_block) {
-                EXPECT_EQ(of.bytes, stored.servo.packed.size() * sizeof stored.servo.packed[0]);
-            }
-            if (is_scale) {
-                EXPECT_EQ(of.bytes, stored.servo.packed_scale.size() * sizeof(float));
-            }
-            seen += is_block || is_scale ? 1 : 0;
+            bytes_at[of.at] = of.bytes;
         }
-        EXPECT_EQ(seen, 2U);
+        const auto& blocks = stored.servo.packed;
+        const auto& scales = stored.servo.packed_scale;
+        EXPECT_EQ(bytes_at.at(blocks.data()), blocks.size() * sizeof blocks[0]);
+        EXPECT_EQ(bytes_at.at(scales.data()), scales.size() * sizeof scales[0]);
     }
 }
 
 TEST(Precision, BlocksComeBackToWithinHalfAStep) {
-    const TestModel ball(sphere_shape(2, 0.05));
+    const Tables ball = TestModel(sphere_shape(2, 0.05)).tables();
     const Stored exact(ball, Storage::kFloat32), half(ball, Storage::kFloat16), whole(ball, Storage::kInt16);
     for (std::uint16_t v = 0; v < exact.model.free_count; ++v) {
         const float* s = exact.model.stiffness_n_per_m[v];
@@ -89,38 +86,49 @@ TEST(Precision, BlocksComeBackToWithinHalfAStep) {
             EXPECT_LE(std::abs(from_int[i] - s[i]), largest / 32767.0F * 0.5001F);
         }
     }
-    EXPECT_EQ(half.model.stiffness_n_per_m == nullptr || half.model.unpack != nullptr, true);
+}
+
+Eigen::Vector3d force_at(const haptable_model& model, std::uint16_t patch, const std::array<float, 3>& alpha,
+                         const Eigen::Vector3f& u) {
+    haptable_contact contact{};
+    contact.patch = patch;
+    std::copy(alpha.begin(), alpha.end(), contact.alpha);
+    float nodal[3][3], force[3];
+    model.force(&model, &contact, u.data(), nodal, force);
+    return to_vector(force);
+}
+
+/// What is stated of float32, float16 and int16, and what that saves. A block's rounding is of its largest number, or
+/// of the table's; the inverse that a force takes magnifies it by its condition.
+std::vector<PrecisionError> stated_of(const Tables& tables, double condition) {
+    auto stated = compare_precisions(tables, build_model(tables));
+    EXPECT_EQ(stated.size(), 3U);
+    EXPECT_WITHIN(stated[0].worst, .count = 4, .epsilon = kFloat, .condition = condition);
+    EXPECT_WITHIN(stated[1].worst, .count = 4, .epsilon = kHalf, .condition = condition);
+    EXPECT_WITHIN(stated[2].worst, .count = 4, .epsilon = 0x1p-16, .condition = condition);
+    EXPECT_EQ(stated[1].bytes, stated[0].bytes / 2 + 4);
+    return stated;
 }
 
 /// The stated worst error holds for the servo itself, at random points and directions, and is nearly reached.
 TEST(Precision, TheStatedErrorIsAnUpperBoundOfTheServosForce) {
     const TestModel ball(sphere_shape(2, 0.05));
-    const auto stated = compare_precisions(ball.tables(), ball.servo());
-    ASSERT_EQ(stated.size(), 3U);
     std::mt19937 random(7);
     std::uniform_real_distribution<float> unit(-1.0F, 1.0F);
-    for (const PrecisionError& error : stated) {
-        const Stored stored(ball, error.precision);
+    for (const PrecisionError& error : stated_of(ball.tables(), 10.0)) {
+        const Stored stored(ball.tables(), error.precision);
         double worst = 0.0;
         for (int trial = 0; trial < 20000; ++trial) {
-            haptable_contact contact{};
-            contact.patch = static_cast<std::uint16_t>(random() % stored.model.patch_count);
-            contact.alpha[trial % 3] = 1.0F;  // a corner: the servo's own rounding stays small
-            const float u[3] = {unit(random), unit(random), unit(random)};
-            float nodal[3][3], force[3];
-            haptable_force_interpolated(&stored.model, &contact, u, nodal, force);
-            const std::uint16_t v = stored.model.patch[contact.patch][trial % 3];
-            const Eigen::Vector3d exact = -ball.stiffness(v) * Eigen::Vector3d(u[0], u[1], u[2]);
-            worst = std::max(worst, (Eigen::Vector3d(force[0], force[1], force[2]) - exact).norm() / exact.norm());
+            const auto patch = std::uint16_t(random() % stored.model.patch_count);
+            std::array<float, 3> alpha{};
+            alpha[std::size_t(trial % 3)] = 1.0F;  // a corner: the servo's own rounding stays small
+            const Eigen::Vector3f u(unit(random), unit(random), unit(random));
+            const Eigen::Vector3d exact = -ball.stiffness(stored.model.patch[patch][trial % 3]) * u.cast<double>();
+            worst = std::max(worst, (force_at(stored.model, patch, alpha, u) - exact).norm() / exact.norm());
         }
         EXPECT_WITHIN(worst - error.worst, .count = 16, .epsilon = kFloat) << error.precision;
         EXPECT_GE(worst, 0.3 * error.worst) << error.precision;
     }
-    // A block's rounding is of its largest number, or of the table's; S_d^-1 magnifies it by its condition.
-    EXPECT_WITHIN(stated[0].worst, .count = 4, .epsilon = kFloat, .condition = 10.0);
-    EXPECT_WITHIN(stated[1].worst, .count = 4, .epsilon = kHalf, .condition = 10.0);
-    EXPECT_WITHIN(stated[2].worst, .count = 4, .epsilon = 0x1p-16, .condition = 10.0);
-    EXPECT_EQ(stated[1].bytes, stated[0].bytes / 2 + 4);
 }
 
 /// In double each block is positive definite; rounded to float, by half of its largest entry's last digit, some are
@@ -162,57 +170,36 @@ Tables with_compliance(const TestModel& ball, int degree) {
     return tables;
 }
 
-Eigen::Vector3d force_at(const haptable_model& model, std::uint16_t patch, const std::array<float, 3>& alpha,
-                         const Eigen::Vector3d& u) {
-    haptable_contact contact{};
-    contact.patch = patch;
-    std::copy(alpha.begin(), alpha.end(), contact.alpha);
-    const float finger[3] = {float(u[0]), float(u[1]), float(u[2])};
-    float nodal[3][3], force[3];
-    model.force(&model, &contact, finger, nodal, force);
-    return {double(force[0]), double(force[1]), double(force[2])};
-}
-
 TEST(Precision, TheStatedErrorOfAComplianceIsAnUpperBoundOfTheServosForce) {
     const TestModel ball(sphere_shape(2, 0.05), -0.04);  // its lowest vertices are fixed
     std::mt19937 random(7);
     std::uniform_real_distribution<float> unit(-1.0F, 1.0F);
     for (const int degree : {2, 4}) {
         const Tables tables = with_compliance(ball, degree);
-        const ServoModel exact = build_model(tables);
-        const haptable_model in_float = model_in_memory(tables, exact);
-        const auto stated = compare_precisions(tables, exact);
-        ASSERT_EQ(stated.size(), 3U);
-        EXPECT_EQ(stated[1].bytes, stated[0].bytes / 2 + 4);
+        const Stored exact(tables, Storage::kFloat32);
+        const auto stated = stated_of(tables, 3.0);
         for (const PrecisionError& error : {stated[1], stated[2]}) {
-            Tables packed = tables;
-            packed.precision = error.precision;
-            const ServoModel servo = build_model(packed);
-            const haptable_model model = model_in_memory(packed, servo);
-            EXPECT_EQ(model.compliance->vertex, nullptr);
-            EXPECT_EQ(flash_bytes(exact) - flash_bytes(servo), stated[0].bytes - error.bytes);
+            SCOPED_TRACE(testing::Message() << error.precision << ", degree " << degree);
+            const Stored packed(tables, error.precision);
+            EXPECT_EQ(packed.model.compliance->vertex, nullptr);
+            EXPECT_EQ(flash_bytes(exact.servo) - flash_bytes(packed.servo), stated[0].bytes - error.bytes);
             double at_stated_points = 0.0, anywhere = 0.0;
             for (int trial = 0; trial < 20000; ++trial) {
-                const auto patch = static_cast<std::uint16_t>(random() % model.patch_count);
-                const Eigen::Vector3d u(unit(random), unit(random), unit(random));
-                const float a = trial % 3 == 0 ? 1.0F : 0.5F * std::abs(unit(random)), b = trial % 3 == 1 ? 0.5F : 0.0F;
-                const std::array<float, 3> alpha = trial % 3 == 1   ? std::array{0.5F, b, 0.0F}
-                                                   : trial % 3 == 0 ? std::array{1.0F, 0.0F, 0.0F}
-                                                                    : std::array{a, 0.3F, 0.7F - a};
-                const Eigen::Vector3d f = force_at(in_float, patch, alpha, u);
+                const auto patch = std::uint16_t(random() % exact.model.patch_count);
+                const Eigen::Vector3f u(unit(random), unit(random), unit(random));
+                const float a = 0.5F * std::abs(unit(random));
+                // A corner, the middle of an edge, and any point.
+                const std::array<float, 3> places[] = {{1.0F, 0.0F, 0.0F}, {0.5F, 0.5F, 0.0F}, {a, 0.3F, 0.7F - a}};
+                const std::array<float, 3>& alpha = places[trial % 3];
+                const Eigen::Vector3d f = force_at(exact.model, patch, alpha, u);
                 double& worst = trial % 3 == 2 ? anywhere : at_stated_points;
-                worst = std::max(worst, (force_at(model, patch, alpha, u) - f).norm() / f.norm());
+                worst = std::max(worst, (force_at(packed.model, patch, alpha, u) - f).norm() / f.norm());
             }
             // Against the servo in float32: its own rounding, 16 operations on blocks of condition 3.
-            EXPECT_WITHIN(at_stated_points - error.worst, .count = 16, .epsilon = kFloat, .condition = 3.0)
-                << error.precision << ", degree " << degree;
-            EXPECT_GE(at_stated_points, 0.3 * error.worst) << error.precision << ", degree " << degree;
-            EXPECT_LE(anywhere, 1.5 * error.worst) << error.precision << ", degree " << degree;
+            EXPECT_WITHIN(at_stated_points - error.worst, .count = 16, .epsilon = kFloat, .condition = 3.0);
+            EXPECT_GE(at_stated_points, 0.3 * error.worst);
+            EXPECT_LE(anywhere, 1.5 * error.worst);
         }
-        // A block's rounding is of its largest number, or of the table's; C^-1 magnifies it by its condition, 3.
-        EXPECT_WITHIN(stated[0].worst, .count = 4, .epsilon = kFloat, .condition = 3.0);
-        EXPECT_WITHIN(stated[1].worst, .count = 4, .epsilon = kHalf, .condition = 3.0);
-        EXPECT_WITHIN(stated[2].worst, .count = 4, .epsilon = 0x1p-16, .condition = 3.0);
     }
 }
 
@@ -230,38 +217,16 @@ TEST(Precision, BlocksThatHalvesCannotHoldAreRefused) {
     for (const PrecisionError& error : singular) EXPECT_NO_THROW(require_precision(singular, error.precision));
 }
 
-TEST(Precision, TheServoTakesPackedTablesThroughAWholeStep) {
-    const TestModel ball(sphere_shape(3, 0.05));
-    const Stored exact(ball, Storage::kFloat32), packed(ball, Storage::kInt16);
-    haptable_servo a, b;
-    haptable_servo_init(&a);
-    haptable_servo_init(&b);
-    for (std::uint32_t tick = 0; tick < 200; ++tick) {
-        const float finger[3] = {0.002F, 0.003F, 0.055F - 0.0001F * static_cast<float>(tick)};
-        haptable_output one, other;
-        haptable_servo_step(&exact.model, &a, finger, 1000 * tick, &one);
-        haptable_servo_step(&packed.model, &b, finger, 1000 * tick, &other);
-        ASSERT_EQ(one.state, other.state);
-        ASSERT_EQ(one.patch, other.patch);
-        for (int k = 0; k < 3; ++k)
-            EXPECT_WITHIN(std::abs(one.force_n[k] - other.force_n[k]), .count = 16, .epsilon = 0x1p-16,
-                          .size = double(std::abs(one.force_n[2])) + 1e-6);
-    }
-    EXPECT_EQ(a.state, HAPTABLE_CONTACT);
-}
-
 TEST(Precision, ABudgetThatIsTooSmallSaysWhatTakesTheRoomAndWhatWouldFit) {
     const TestModel ball(sphere_shape(3, 0.05));
-    const auto tables = flash_tables(ball.servo());
     const std::size_t bytes = flash_bytes(ball.servo());
-    const auto said = [&](std::uintmax_t budget) {
-        return error_of([&] { require_flash(tables, ball.servo(), budget); });
-    };
-    EXPECT_EQ(said(0), "no error");
-    EXPECT_EQ(said(bytes), "no error");
-    EXPECT_NE(said(bytes - 1).find("precision = \"float16\" takes"), std::string::npos) << said(bytes - 1);
-    EXPECT_NE(said(bytes / 4).find("patches would fit"), std::string::npos) << said(bytes / 4);
-    EXPECT_NE(said(bytes / 4).find("box "), std::string::npos);
+    const std::pair<std::uintmax_t, const char*> budgets[] = {{0, "no error"},
+                                                              {bytes, "no error"},
+                                                              {bytes - 1, "precision = \"float16\" takes"},
+                                                              {bytes / 4, "patches would fit"},
+                                                              {bytes / 4, "box "}};
+    for (const auto& [budget, error] : budgets)
+        EXPECT_TRUE(fails_with([&] { require_flash(flash_tables(ball.servo()), ball.servo(), budget); }, error));
 }
 
 }  // namespace

@@ -5,6 +5,8 @@
 
 #include <vector>
 
+#include "tests/error_of.hpp"
+
 namespace haptable::test {
 namespace {
 
@@ -26,7 +28,7 @@ TEST(Events, EachIsToldOnce) {
     ASSERT_EQ(told.size(), 1U);
     for (int seq = 100; seq < 200; ++seq) note(answer(seq, servo_force::FAULTED, 4));
     ASSERT_EQ(told.size(), 2U);
-    EXPECT_NE(told[1].find("positions jump"), std::string::npos);
+    EXPECT_TRUE(says(told[1], "positions jump"));
     note(answer(200, servo_force::FAULTED, 5));
     ASSERT_EQ(told.size(), 3U) << "another fault";
     note(answer(201, servo_force::FREE));

@@ -11,30 +11,28 @@
 
 namespace haptable::test {
 
-class FalconBoard {
+class FalconBoard : public PtyBoard {
 public:
-    /// The grip from the base's middle, m.
-    explicit FalconBoard(const Eigen::Vector3d& grip_m)
-        : encoder_(encoders_of(grip_m)), pty_([this](PtyBoard::Bytes& held) { return answer(held); }) {}
+    using Values = std::array<std::int16_t, 3>;  // of each leg
 
-    const std::string& port() const { return pty_.name(); }
-    void unplug() { pty_.unplug(); }
-    void say(std::span<const std::uint8_t> bytes) { pty_.say(bytes); }
-    void fall_silent() { silent_ = true; }
+    /// The grip from the base's middle, m.
+    explicit FalconBoard(const Eigen::Vector3d& grip_m) : encoder_(encoders_of(grip_m)) { begin(); }
+    ~FalconBoard() override { end(); }
+
     void press(std::uint8_t buttons) { buttons_ = buttons; }
     /// The motors' values of the last frame; frames of another form; frames that asked it to home.
-    std::array<std::int16_t, 3> motor() const {
+    Values motor() const {
         const std::lock_guard lock(mutex_);
         return motor_;
     }
     int odd() const { return odd_; }
     int homing() const { return homing_; }
-    std::array<std::int16_t, 3> encoder() const { return encoder_; }
+    Values encoder() const { return encoder_; }
 
     /// What the legs' encoders count there, rounded.
-    static std::array<std::int16_t, 3> encoders_of(const Eigen::Vector3d& grip_m) {
+    static Values encoders_of(const Eigen::Vector3d& grip_m) {
         const Eigen::Vector3d angle = falcon_angles(grip_m).value();
-        std::array<std::int16_t, 3> encoder{};
+        Values encoder{};
         for (std::size_t leg = 0; leg < 3; ++leg) {
             const double degrees = angle[static_cast<Eigen::Index>(leg)] * 180.0 / std::numbers::pi;
             encoder[leg] = static_cast<std::int16_t>(std::lround((degrees - 35.0) * 1280.0 / 360.0 * 110.0 / 14.25));
@@ -43,14 +41,12 @@ public:
     }
 
 private:
-    using Bytes = PtyBoard::Bytes;
-
     static void add(std::int16_t value, Bytes& bytes) {
         for (int shift = 0; shift < 16; shift += 4)
             bytes.push_back(static_cast<std::uint8_t>('A' + (static_cast<std::uint16_t>(value) >> shift & 0xF)));
     }
 
-    Bytes answer(Bytes& held) {
+    Bytes answer(Bytes& held) override {
         Bytes said;
         for (; held.size() >= 16; held.erase(held.begin(), held.begin() + 16)) {
             const std::lock_guard lock(mutex_);
@@ -62,7 +58,6 @@ private:
                 motor_[leg] = static_cast<std::int16_t>(value);
             }
             homing_ += (held[13] - 'A') & 1;
-            if (silent_) continue;
             const bool homed = ++frames_ > 3;
             said.push_back('<');
             for (const std::int16_t value : encoder_) add(homed ? value : std::int16_t{0}, said);
@@ -73,13 +68,10 @@ private:
         return said;
     }
 
-    mutable std::mutex mutex_;
-    std::array<std::int16_t, 3> encoder_, motor_{99, 99, 99};
+    Values encoder_, motor_{99, 99, 99};
     int frames_ = 0;
     std::atomic<int> odd_ = 0, homing_ = 0;
-    std::atomic<bool> silent_ = false;
     std::atomic<std::uint8_t> buttons_ = 0;
-    PtyBoard pty_;
 };
 
 }  // namespace haptable::test

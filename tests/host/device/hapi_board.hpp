@@ -10,40 +10,39 @@
 
 namespace haptable::test {
 
-class HapiBoard {
+class HapiBoard : public PtyBoard {
 public:
     /// Motors' angles in degrees.
-    explicit HapiBoard(double first, double second)
-        : first_(first), second_(second), pty_([this](PtyBoard::Bytes& held) { return answer(held); }) {}
+    HapiBoard(double first, double second) : first_(first), second_(second) { begin(); }
+    ~HapiBoard() override { end(); }
 
-    const std::string& port() const { return pty_.name(); }
-    void unplug() { pty_.unplug(); }
-    void say(std::span<const std::uint8_t> bytes) { pty_.say(bytes); }
     void turn_to(double first, double second) {
         const std::lock_guard lock(mutex_);
         first_ = first;
         second_ = second;
     }
-    void fall_silent() { silent_ = true; }
     /// The last torques, N m, of the first and the second motor; how many there were; the set-up that was sent.
     Eigen::Vector2d torque_nm() const {
         const std::lock_guard lock(mutex_);
         return torque_nm_;
     }
     int torques() const { return torques_; }
-    PtyBoard::Bytes set_up() const {
+    Bytes set_up() const {
         const std::lock_guard lock(mutex_);
         return set_up_;
     }
 
+    /// A float as the line has it.
+    static void add(float value, Bytes& bytes) {
+        for (int shift = 0; shift < 32; shift += 8)
+            bytes.push_back(static_cast<std::uint8_t>(std::bit_cast<std::uint32_t>(value) >> shift));
+    }
     static float float_at(const std::uint8_t* bytes) {
         return std::bit_cast<float>(std::uint32_t(bytes[0]) | std::uint32_t(bytes[1]) << 8 |
                                     std::uint32_t(bytes[2]) << 16 | std::uint32_t(bytes[3]) << 24);
     }
 
 private:
-    using Bytes = PtyBoard::Bytes;
-
     /// Length of the first message; 0 where it is not whole yet.
     static std::size_t length_of(const Bytes& held) {
         if (held.size() < 2) return 0;
@@ -61,7 +60,7 @@ private:
         return held.size() >= at + 4 * floats ? at + 4 * floats : 0;
     }
 
-    Bytes answer(Bytes& held) {
+    Bytes answer(Bytes& held) override {
         Bytes said;
         for (std::size_t size = 0; (size = length_of(held)) > 0;
              held.erase(held.begin(), held.begin() + static_cast<std::ptrdiff_t>(size))) {
@@ -71,23 +70,16 @@ private:
             // In the order of the ports: the second motor is on the first.
             torque_nm_ = {static_cast<double>(float_at(&held[6])), static_cast<double>(float_at(&held[2]))};
             ++torques_;
-            if (silent_) continue;
             said.push_back(held[1]);
-            for (const double angle : {second_, first_})
-                for (int shift = 0; shift < 32; shift += 8)
-                    said.push_back(
-                        static_cast<std::uint8_t>(std::bit_cast<std::uint32_t>(static_cast<float>(angle)) >> shift));
+            for (const double angle : {second_, first_}) add(static_cast<float>(angle), said);
         }
         return said;
     }
 
-    mutable std::mutex mutex_;
     double first_, second_;
     Eigen::Vector2d torque_nm_ = Eigen::Vector2d::Constant(99.0);
     Bytes set_up_;
     std::atomic<int> torques_ = 0;
-    std::atomic<bool> silent_ = false;
-    PtyBoard pty_;
 };
 
 }  // namespace haptable::test

@@ -67,52 +67,31 @@ TEST(DeviceMapping, KeepsPlacesAndPower) {
     }
 }
 
-/// The finger's and the share's largest steps while the device moves along x at 0.1 m/s, the clutch held from tick 100
-/// to 400.
-struct Steps {
-    double finger_m = 0.0, share = 0.0, least_share = 1.0;
-};
-
-Steps clutch_in_the_middle(DeviceMapping& mapping) {
-    Steps steps;
-    Vector3d last_m = Vector3d::Zero();
-    double last_share = 1.0;
-    for (int tick = 0; tick < 700; ++tick) {
-        mapping.follow(Vector3d(1e-4 * tick, 0.0, 0.0), tick >= 100 && tick < 400, kTick_s);
-        if (tick > 0) steps.finger_m = std::max(steps.finger_m, (mapping.finger_m() - last_m).norm());
-        steps.share = std::max(steps.share, std::abs(mapping.share() - last_share));
-        steps.least_share = std::min(steps.least_share, mapping.share());
-        last_m = mapping.finger_m();
-        last_share = mapping.share();
-    }
-    return steps;
-}
-
+// While the device moves along x at 0.1 m/s, the clutch is held from tick 100 to 400.
 TEST(DeviceMapping, TheClutchMakesNoStep) {
     DeviceMap map = odd_map();
     map.ramp_s = 0.05;
     DeviceMapping mapping(map);
-    const Vector3d begun_m = mapping.to_body(Vector3d::Zero());
-    const Steps steps = clutch_in_the_middle(mapping);
-    // A tick's own motion, scaled, and 1/50 of the force.
-    EXPECT_WITHIN(steps.finger_m - 0.25 * 1e-4, .count = 64, .size = 0.5);
-    EXPECT_WITHIN(steps.share - 1.0 / 50.0, .count = 64);
-    EXPECT_EQ(steps.least_share, 0.0);
-    EXPECT_EQ(mapping.share(), 1.0);
-    // 300 ticks of the way did not count.
-    const Vector3d went_m = mapping.finger_m() - begun_m;
-    EXPECT_WITHIN(std::abs(went_m.norm() - 0.25 * 1e-4 * (699 - 300 - 1)), .count = 2000, .size = 0.5);
-    EXPECT_WITHIN((mapping.to_body(Vector3d(1e-4 * 699, 0.0, 0.0)) - mapping.finger_m()).norm(), .count = 64);
-}
-
-TEST(DeviceMapping, TheFingerStaysWhileTheClutchIsHeld) {
-    DeviceMapping mapping(odd_map());
-    mapping.follow(Vector3d(0.01, 0.02, 0.03), false, kTick_s);
-    const Vector3d held_m = mapping.finger_m();
-    for (int tick = 1; tick < 50; ++tick) {
-        mapping.follow(Vector3d(0.01 + 1e-3 * tick, 0.02, 0.03), true, kTick_s);
-        EXPECT_WITHIN((mapping.finger_m() - held_m).norm(), .count = 8.0 * tick, .size = 1.0);
+    mapping.follow(Vector3d::Zero(), false, kTick_s);
+    const Vector3d begun_m = mapping.finger_m();
+    double least_share = 1.0;
+    for (int tick = 1; tick < 700; ++tick) {
+        const Vector3d last_m = mapping.finger_m();
+        const double last_share = mapping.share();
+        const bool is_held = tick >= 100 && tick < 400;
+        mapping.follow(Vector3d(1e-4 * tick, 0.0, 0.0), is_held, kTick_s);
+        // A tick's own motion, scaled, and 1/50 of the force.
+        const double step_m = (mapping.finger_m() - last_m).norm();
+        EXPECT_WITHIN(std::abs(step_m - (is_held || tick == 400 ? 0.0 : 0.25 * 1e-4)), .count = 64, .size = 0.5)
+            << tick;
+        EXPECT_WITHIN(std::abs(mapping.share() - last_share) - 1.0 / 50.0, .count = 64) << tick;
+        least_share = std::min(least_share, mapping.share());
     }
+    EXPECT_EQ(least_share, 0.0);
+    EXPECT_EQ(mapping.share(), 1.0);
+    EXPECT_WITHIN(std::abs((mapping.finger_m() - begun_m).norm() - 0.25 * 1e-4 * (699 - 300 - 1)), .count = 2000,
+                  .size = 0.5);
+    EXPECT_WITHIN((mapping.to_body(Vector3d(1e-4 * 699, 0.0, 0.0)) - mapping.finger_m()).norm(), .count = 64);
 }
 
 TEST(DeviceMapping, OutsideOfTheWorkspaceTheForceFalls) {

@@ -95,9 +95,7 @@ TEST(ScriptedPath, DragGoesBothWaysAlong) {
 
 TEST(ScriptedPath, RefusesWhatItCannotDo) {
     PathOptions options;
-    EXPECT_THROW(scripted_path("prod", options), Error);
-    EXPECT_THROW(scripted_path("", options), Error);
-    EXPECT_THROW(scripted_path("poke,,drag", options), Error);
+    for (const char* words : {"prod", "", "poke,,drag"}) EXPECT_THROW(scripted_path(words, options), Error) << words;
     options.direction = Vector3d::Zero();
     EXPECT_THROW(scripted_path("poke", options), Error);
     options.direction = options.along = Vector3d(1.0, 0.0, 0.0);

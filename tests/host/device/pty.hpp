@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// A board at the other end of a pseudo terminal: bytes come to a function in a thread of its own, which answers.
+// A board at the other end of a pseudo terminal, which answers in a thread of its own.
 #pragma once
 
 #include <fcntl.h>
@@ -11,12 +11,12 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
-#include <functional>
 #include <mutex>
 #include <span>
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace haptable::test {
@@ -25,32 +25,47 @@ class PtyBoard {
 public:
     using Bytes = std::vector<std::uint8_t>;
 
-    /// `answer`: takes what has come so far, removes what it used, and returns what is said.
-    explicit PtyBoard(std::function<Bytes(Bytes&)> answer) : answer_(std::move(answer)) {
+    PtyBoard() {
         std::array<char, 128> name{};
         termios raw{};
         cfmakeraw(&raw);
         if (openpty(&ours_, &theirs_, name.data(), &raw, nullptr) != 0) throw std::runtime_error("no pty");
-        name_ = name.data();
-        thread_ = std::thread([this] { run(); });
+        port_ = name.data();
     }
-    ~PtyBoard() { unplug(); }
+    virtual ~PtyBoard() {
+        close(ours_);
+        close(theirs_);
+    }
     PtyBoard(const PtyBoard&) = delete;
     PtyBoard& operator=(const PtyBoard&) = delete;
 
-    const std::string& name() const { return name_; }
+    const std::string& port() const { return port_; }
     /// Says something on its own.
     void say(std::span<const std::uint8_t> bytes) {
         if (::write(ours_, bytes.data(), bytes.size()) < 0) throw std::runtime_error("pty");
     }
     /// Pulls the plug.
     void unplug() {
-        if (!thread_.joinable()) return;
-        ends_ = true;
-        thread_.join();
-        close(ours_);
-        close(theirs_);
+        end();
+        close(std::exchange(ours_, -1));
+        close(std::exchange(theirs_, -1));
     }
+    /// It hears and does not answer.
+    void fall_silent() { is_silent_ = true; }
+
+protected:
+    /// Takes what has come so far, removes what it used, and returns what is said.
+    virtual Bytes answer(Bytes& held) = 0;
+    /// For the constructors and the destructors of boards: what answers is there in between.
+    void begin() {
+        thread_ = std::thread([this] { run(); });
+    }
+    void end() {
+        ends_ = true;
+        if (thread_.joinable()) thread_.join();
+    }
+
+    mutable std::mutex mutex_;
 
 private:
     void run() {
@@ -62,15 +77,14 @@ private:
             const ssize_t got = ::read(ours_, bytes.data(), bytes.size());
             if (got <= 0) continue;
             held.insert(held.end(), bytes.begin(), bytes.begin() + got);
-            const Bytes said = answer_(held);
-            if (!said.empty()) say(said);
+            const Bytes said = answer(held);
+            if (!said.empty() && !is_silent_) say(said);
         }
     }
 
-    std::function<Bytes(Bytes&)> answer_;
-    std::string name_;
+    std::string port_;
     int ours_ = -1, theirs_ = -1;  // theirs is kept open: a pty that nobody has open gives errors
-    std::atomic<bool> ends_ = false;
+    std::atomic<bool> ends_ = false, is_silent_ = false;
     std::thread thread_;
 };
 

@@ -22,46 +22,56 @@ using Eigen::Vector3d;
 
 constexpr std::int64_t kHash = 77, kServo = 9;
 
-/// What a servo that belongs to the device says of its state.
-servo_force answer_to(const device_state& state) {
-    servo_force force{};
-    force.seq = state.seq;
-    force.session = force.owner = state.session;
-    force.servo = kServo;
-    force.model_hash = kHash;
-    return force;
-}
-
 class DeviceSessionTest : public testing::Test {
 protected:
-    /// Calls `answer` for every state; what it leaves in the force is published when it returns true.
-    void partner(std::function<bool(const device_state&, servo_force&)> answer) {
-        connection.subscribe<device_state>(channel_of<device_state>(),
-                                           [this, answer](const device_state& state, std::int64_t) {
-                                               servo_force force = answer_to(state);
-                                               if (answer(state, force))
-                                                   connection.publish(channel_of<servo_force>(), force);
-                                           });
-    }
-    DeviceReport run(const SessionOptions& options, const std::string& record_name = "device.csv") {
+    /// Called for every state: what it leaves in the force is published where it returns true.
+    using Partner = std::function<bool(const device_state&, servo_force&)>;
+
+    /// A poke at a simulated device, beside a partner; what was published is in `states`, the record in the folder.
+    DeviceReport run(const SessionOptions& options, const Partner& answer,
+                     const std::string& record_name = "device.csv", const std::string& presses = "") {
+        states.clear();
+        connection.emplace("memq://");
+        connection->subscribe<device_state>(channel_of<device_state>(),
+                                            [this, answer](const device_state& state, std::int64_t) {
+                                                states.push_back(state);
+                                                servo_force force = answer_to(state);
+                                                if (answer(state, force)) publish(force);
+                                            });
         const auto path = scripted_path("poke", PathOptions{});
-        const PointDevice device(Device{}, Hand{}, path->at(0.0).position_m);
+        const DeviceMapping mapping(options.map);
+        SimulatedDriver driver(PointDevice(Device{}, Hand{}, mapping.to_device(path->at(0.0).position_m)), *path,
+                               mapping, presses_of(presses));
         DeviceRecord record(folder / record_name);
-        DeviceSession session(device, *path, connection, options, &record);
+        DeviceSession session(driver, *connection, options, &record);
         const DeviceReport report = session.run();
         record.finish();
         return report;
     }
+    /// What a servo that belongs to the device says of its state.
+    static servo_force answer_to(const device_state& state) {
+        servo_force force{};
+        force.seq = state.seq;
+        force.session = force.owner = state.session;
+        force.servo = kServo;
+        force.model_hash = kHash;
+        return force;
+    }
+    template <typename Message>
+    void publish(const Message& message) {
+        connection->publish(channel_of<Message>(), message);
+    }
+    std::vector<Row> rows() const { return read_rows(folder / "device.csv"); }
 
     WorkFolder folder;
-    Connection connection{"memq://"};
+    std::optional<Connection> connection;
+    std::vector<device_state> states;
 };
 
 /// A wall at z = 0.03 m of 300 N/m.
 bool push_up(const device_state& state, servo_force& force) {
     force.force_n[2] = 300.0 * std::max(0.0, 0.03 - state.position_m[2]);
-    force.servo_state = servo_force::FREE;
-    if (force.force_n[2] > 0.0) force.servo_state = servo_force::CONTACT;
+    force.servo_state = force.force_n[2] > 0.0 ? servo_force::CONTACT : servo_force::FREE;
     return true;
 }
 
@@ -72,45 +82,44 @@ SessionOptions lockstep(double patience_s = 5.0) {
     return options;
 }
 
+SessionOptions real_time(double seconds) {
+    SessionOptions options;
+    options.seconds = seconds;
+    return options;
+}
+
 // A servo of other tables does not answer it: its status tells the device so, and the device its user.
 TEST_F(DeviceSessionTest, AServoOfAnotherSceneIsTold) {
-    connection.subscribe<device_state>(channel_of<device_state>(), [this](const device_state& state, std::int64_t) {
-        EXPECT_EQ(state.model_hash, 0x5eed);
+    const auto of_another_scene = [this](const device_state&, servo_force&) {
         servo_status status{};
         status.model_hash = 0xc0be;
-        connection.publish(channel_of<servo_status>(), status);
-    });
-    SessionOptions options;
-    options.seconds = 0.2;
+        publish(status);
+        return false;
+    };
+    SessionOptions options = real_time(0.2);
     options.patience_s = 0.0;
     options.model_hash = 0x5eed;
-    std::vector<std::string> told;
-    options.tell = [&](const std::string& line) { told.push_back(line); };
-    EXPECT_EQ(run(options).largest_force_n, 0.0);
-    const auto is_it = [](const std::string& line) {
-        return line.find("runs the tables 000000000000c0be, this scene's are 0000000000005eed") != std::string::npos;
-    };
-    EXPECT_EQ(std::count_if(told.begin(), told.end(), is_it), 1) << "a line an event";
+    std::string told;
+    options.tell = [&](const std::string& line) { told += line; };
+    EXPECT_EQ(run(options, of_another_scene).largest_force_n, 0.0);
+    for (const device_state& state : states) EXPECT_EQ(state.model_hash, 0x5eed);
+    const std::string it = "runs the tables 000000000000c0be, this scene's are 0000000000005eed";
+    EXPECT_TRUE(says(told, it));
+    EXPECT_EQ(told.find(it), told.rfind(it)) << "a line an event";
     options.lockstep = true;
     options.patience_s = 0.2;
-    const std::string error = error_of([&] { run(options, "again.csv"); });
-    EXPECT_TRUE(is_it(error)) << error;
+    EXPECT_TRUE(fails_with([&] { run(options, of_another_scene, "again.csv"); }, it));
 }
 
 TEST_F(DeviceSessionTest, LockstepAsksEveryTickOnceInOrder) {
-    std::vector<device_state> states;
-    partner([&](const device_state& state, servo_force& force) {
-        states.push_back(state);
-        return push_up(state, force);
-    });
-    const DeviceReport report = run(lockstep());
+    const DeviceReport report = run(lockstep(), push_up);
     EXPECT_EQ(report.ticks, 800);  // 15 mm down at 50 mm/s, 0.2 s, and up again
     EXPECT_EQ(report.missed, 0);
     EXPECT_EQ(report.resent, 0);
     ASSERT_EQ(states.size(), 800U);
     for (std::size_t i = 0; i < states.size(); ++i) {
-        EXPECT_EQ(states[i].seq, static_cast<std::int64_t>(i));
-        EXPECT_EQ(states[i].utime, static_cast<std::int64_t>(i) * 1000);
+        EXPECT_EQ(states[i].seq, std::int64_t(i));
+        EXPECT_EQ(states[i].utime, std::int64_t(i) * 1000);
         EXPECT_EQ(states[i].mode, +device_state::SIMULATED);  // it has no address
         EXPECT_EQ(states[i].session, states[0].session);
         EXPECT_EQ(states[i].model_hash, i == 0 ? 0 : kHash);  // after the first answer: this servo only
@@ -123,114 +132,87 @@ TEST_F(DeviceSessionTest, LockstepAsksEveryTickOnceInOrder) {
 }
 
 TEST_F(DeviceSessionTest, VelocityIsThatOfTheEncoders) {
-    std::vector<device_state> states;
-    partner([&](const device_state& state, servo_force&) {
-        states.push_back(state);
-        return true;
-    });
-    run(lockstep());
+    run(lockstep(), [](const device_state&, servo_force&) { return true; });
     for (std::size_t i = 10; i < states.size(); ++i)
-        for (int a = 0; a < 3; ++a)
-            EXPECT_WITHIN(
-                std::abs(states[i].velocity_m_s[a] - (states[i].position_m[a] - states[i - 10].position_m[a]) / 0.01),
-                .count = 8, .size = 0.05 / 0.01);
+        for (int a = 0; a < 3; ++a) {
+            const double moved_m = states[i].position_m[a] - states[i - 10].position_m[a];
+            EXPECT_WITHIN(std::abs(states[i].velocity_m_s[a] - moved_m / 0.01), .count = 8, .size = 0.05 / 0.01);
+        }
     EXPECT_LT(states[150].velocity_m_s[2], -0.05);  // half way down: the peak of the movement, 94 mm/s
 }
 
 // A lost answer is asked for again, and changes no byte of the result.
 TEST_F(DeviceSessionTest, LockstepSurvivesLostMessages) {
-    {
-        partner(push_up);
-        run(lockstep(), "whole.csv");
-    }
+    run(lockstep(), push_up, "whole.csv");
     int lost = 0;
     std::int64_t seen = -1;
-    Connection again("memq://");
-    again.subscribe<device_state>(channel_of<device_state>(), [&](const device_state& state, std::int64_t) {
-        servo_force force = answer_to(state);
-        push_up(state, force);
-        const bool first_time = state.seq > seen;
+    const DeviceReport report = run(lockstep(), [&](const device_state& state, servo_force& force) {
+        const bool is_lost = state.seq > seen && state.seq % 300 == 150;
         seen = state.seq;
-        if (first_time && state.seq % 300 == 150)
-            ++lost;
-        else
-            again.publish(channel_of<servo_force>(), force);
+        lost += is_lost ? 1 : 0;
+        return push_up(state, force) && !is_lost;
     });
-    const auto path = scripted_path("poke", PathOptions{});
-    DeviceRecord record(folder / "lossy.csv");
-    DeviceSession session(PointDevice(Device{}, Hand{}, path->at(0.0).position_m), *path, again, lockstep(), &record);
-    const DeviceReport report = session.run();
-    record.finish();
     EXPECT_EQ(lost, 3);
     EXPECT_GE(report.resent, 3);
-    EXPECT_EQ(read_file(folder / "lossy.csv"), read_file(folder / "whole.csv"));
+    EXPECT_EQ(read_file(folder / "device.csv"), read_file(folder / "whole.csv"));
 }
 
 TEST_F(DeviceSessionTest, LockstepGivesUpWithAnError) {
-    partner([](const device_state& state, servo_force&) { return state.seq < 5; });
-    const std::string said = error_of([&] { run(lockstep(0.25)); });
-    EXPECT_NE(said.find("no answer to state 5"), std::string::npos) << said;
+    const auto five_answers = [](const device_state& state, servo_force&) { return state.seq < 5; };
+    EXPECT_TRUE(fails_with([&] { run(lockstep(0.25), five_answers); }, "no answer to state 5"));
     EXPECT_EQ(folder.file_count(), 0U);  // no half-written record
+    const auto of_anothers = [](const device_state&, servo_force& force) {
+        force.owner = 0xABCD;
+        force.force_n[0] = 3.0;
+        return true;
+    };
+    EXPECT_TRUE(fails_with([&] { run(lockstep(0.25), of_anothers); }, "session 000000000000abcd"));
 }
 
 TEST_F(DeviceSessionTest, IgnoresASecondServo) {
-    partner([this](const device_state& state, servo_force& force) {
-        for (const bool other_tables : {true, false}) {
-            servo_force foreign = force;
-            foreign.servo = 10;
-            if (other_tables) foreign.model_hash = 5;
-            foreign.force_n[0] = 3.0;
-            if (state.seq > 0) connection.publish(channel_of<servo_force>(), foreign);
-        }
-        return push_up(state, force);
-    });
     SessionOptions loud = lockstep();
     std::string told;
     loud.tell = [&told](const std::string& line) { told += line + "\n"; };
-    const DeviceReport report = run(loud);
+    const DeviceReport report = run(loud, [this](const device_state& state, servo_force& force) {
+        for (const std::int64_t hash : {std::int64_t{5}, kHash}) {
+            servo_force foreign = force;
+            foreign.servo = 10;
+            foreign.model_hash = hash;
+            foreign.force_n[0] = 3.0;
+            if (state.seq > 0) publish(foreign);
+        }
+        return push_up(state, force);
+    });
     EXPECT_GE(report.foreign_answers, 2 * 798);  // the last ones may come after the end
     EXPECT_LT(report.largest_force_n, 1.0);
-    const std::size_t first = told.find("a second servo, or one of another scene, is on the channel");
-    EXPECT_NE(first, std::string::npos) << told;
-    EXPECT_EQ(told.find("a second servo", first + 1), std::string::npos) << "once: " << told;
+    EXPECT_TRUE(says(told, "a second servo, or one of another scene, is on the channel"));
+    EXPECT_EQ(told.find("a second servo"), told.rfind("a second servo")) << "once: " << told;
 }
 
 TEST_F(DeviceSessionTest, IgnoresWhatIsAnotherDevices) {
-    partner([this](const device_state& state, servo_force& force) {
+    const DeviceReport report = run(lockstep(), [this](const device_state& state, servo_force& force) {
         servo_force theirs = force;
         theirs.session = theirs.owner = state.session + 1;
         theirs.force_n[0] = 3.0;
-        connection.publish(channel_of<servo_force>(), theirs);
+        publish(theirs);
         return push_up(state, force);
     });
-    const DeviceReport report = run(lockstep());
     EXPECT_GE(report.other_device_answers, 799);
     EXPECT_EQ(report.foreign_answers, 0);
     EXPECT_LT(report.largest_force_n, 1.0);
 }
 
-TEST_F(DeviceSessionTest, SaysThatTheServoIsAnothers) {
-    partner([](const device_state&, servo_force& force) {
-        force.owner = 0xABCD;
-        force.force_n[0] = 3.0;
-        return true;
-    });
-    const std::string said = error_of([&] { run(lockstep(0.25)); });
-    EXPECT_NE(said.find("session 000000000000abcd"), std::string::npos) << said;
-}
-
 // A bridge or a servo that is started anew is another one: in lockstep the device asks for any after a second.
 TEST_F(DeviceSessionTest, LockstepGoesOnWithAnotherServo) {
     std::int64_t unanswered = 0;
-    partner([&](const device_state& state, servo_force& force) {
+    SessionOptions options = lockstep();
+    options.seconds = 0.01;
+    const DeviceReport report = run(options, [&](const device_state& state, servo_force& force) {
         if (state.seq < 5) return push_up(state, force);
         force.servo = 10;
         if (state.servo == kServo) ++unanswered;
         return state.servo != kServo;
     });
-    SessionOptions options = lockstep();
-    options.seconds = 0.01;
-    const DeviceReport report = run(options);
     EXPECT_EQ(report.ticks, 10);
     EXPECT_EQ(report.missed, 0);
     EXPECT_GE(unanswered, 10);
@@ -238,73 +220,60 @@ TEST_F(DeviceSessionTest, LockstepGoesOnWithAnotherServo) {
 
 // An answer that was overtaken by a newer one changes nothing.
 TEST_F(DeviceSessionTest, IgnoresAnOvertakenAnswer) {
-    partner([this](const device_state& state, servo_force& force) {
+    const DeviceReport report = run(lockstep(), [this](const device_state& state, servo_force& force) {
         push_up(state, force);
-        connection.publish(channel_of<servo_force>(), force);
-        servo_force old = force;
-        --old.seq;
-        old.force_n[0] = 3.0;
-        if (state.seq > 0) connection.publish(channel_of<servo_force>(), old);
-        return false;
+        publish(force);
+        --force.seq;
+        force.force_n[0] = 3.0;
+        return state.seq > 0;
     });
-    EXPECT_LT(run(lockstep()).largest_force_n, 1.0);
+    EXPECT_LT(report.largest_force_n, 1.0);
 }
 
 // The force is never older than 20 ms, whenever the machine lets us run: a tick takes a millisecond at least.
 TEST_F(DeviceSessionTest, RealTimeDropsAStaleForce) {
-    partner([](const device_state& state, servo_force& force) {
+    const DeviceReport report = run(real_time(0.06), [](const device_state& state, servo_force& force) {
         force.force_n[0] = 1.0;
         return state.seq <= 10;
     });
-    SessionOptions options;
-    options.seconds = 0.06;
-    const DeviceReport report = run(options);
-    const auto rows = read_rows(folder / "device.csv");
-    ASSERT_EQ(rows.size(), 60U);
+    const auto ticks = rows();
+    ASSERT_EQ(ticks.size(), 60U);
     EXPECT_EQ(report.silences, 1);
     EXPECT_GE(report.missed, 49);
-    EXPECT_EQ(rows[0].at("force_x"), 1.0);
-    for (std::size_t tick = 11 + 21; tick < rows.size(); ++tick) EXPECT_EQ(rows[tick].at("force_x"), 0.0) << tick;
+    EXPECT_EQ(ticks[0].at("force_x"), 1.0);
+    for (std::size_t tick = 11 + 21; tick < ticks.size(); ++tick) EXPECT_EQ(ticks[tick].at("force_x"), 0.0) << tick;
 }
 
 // Answers that are 30 ms under way are no answers: no force, and the report tells their age.
 TEST_F(DeviceSessionTest, RealTimeTakesNoAnswerOfMoreThan20Ms) {
     std::deque<std::pair<Clock::time_point, servo_force>> under_way;
-    partner([&](const device_state& state, servo_force& force) {
+    const DeviceReport report = run(real_time(0.15), [&](const device_state& state, servo_force& force) {
         if (state.seq == 0) return true;
         force.force_n[0] = 2.0;
         force.servo_state = servo_force::CONTACT;
         under_way.emplace_back(Clock::now() + std::chrono::milliseconds(30), force);
-        for (; under_way.front().first <= Clock::now(); under_way.pop_front())
-            connection.publish(channel_of<servo_force>(), under_way.front().second);
+        for (; under_way.front().first <= Clock::now(); under_way.pop_front()) publish(under_way.front().second);
         return false;
     });
-    SessionOptions options;
-    options.seconds = 0.15;
-    const DeviceReport report = run(options);
     EXPECT_EQ(report.largest_force_n, 0.0);
     EXPECT_GT(report.stale_answers, 0);
     EXPECT_EQ(report.contact_ticks, 0);
     EXPECT_GE(report.latency.max_us(), 30'000.0);
     EXPECT_GE(report.silences, 1);
-    for (const auto& row : read_rows(folder / "device.csv")) EXPECT_EQ(row.at("force_x"), 0.0);
+    for (const auto& row : rows()) EXPECT_EQ(row.at("force_x"), 0.0);
 }
 
 // After silence the servo begins without contact: what it said before of the one that was is over.
 TEST_F(DeviceSessionTest, RealTimeTakesNoAnswerOfBeforeTheSilence) {
     std::int64_t released_at = -1, last_named = -1;
-    partner([&](const device_state& state, servo_force& force) {
+    const DeviceReport report = run(real_time(0.06), [&](const device_state& state, servo_force& force) {
         if (state.servo == kServo) last_named = state.seq;
         if (state.seq > 10 && state.servo == 0 && released_at < 0) released_at = state.seq;
         if (released_at < 0) return state.seq <= 10;
-        if (state.seq > released_at) return false;
         force.seq = last_named;
         force.force_n[0] = 3.0;
-        return true;
+        return state.seq == released_at;
     });
-    SessionOptions options;
-    options.seconds = 0.06;
-    const DeviceReport report = run(options);
     ASSERT_GT(released_at, 0);
     EXPECT_EQ(report.largest_force_n, 0.0);
     EXPECT_EQ(report.stale_answers, 1);
@@ -312,30 +281,25 @@ TEST_F(DeviceSessionTest, RealTimeTakesNoAnswerOfBeforeTheSilence) {
 
 // An answer that comes seconds late is as late as it is in the report.
 TEST_F(DeviceSessionTest, TheReportTellsOfAnswersThatAreMoreThan64TicksLate) {
-    std::optional<servo_force> late;
-    partner([&](const device_state& state, servo_force& force) {
-        if (state.seq == 1) late = force;
-        if (state.seq == 120) connection.publish(channel_of<servo_force>(), *late);
+    const DeviceReport report = run(real_time(0.13), [this](const device_state& state, servo_force&) {
+        if (state.seq == 120) publish(answer_to(states[1]));
         return state.seq == 0;
     });
-    SessionOptions options;
-    options.seconds = 0.13;
-    const DeviceReport report = run(options);
     // 119 ticks, less what the first state may have gone out late.
     EXPECT_GT(report.latency.max_us(), 64'000.0);
     EXPECT_EQ(report.stale_answers, 1);
 }
 
 TEST_F(DeviceSessionTest, RealTimeNeedsNoServoWithoutPatience) {
-    SessionOptions options;
-    options.seconds = 0.02;
+    const auto nobody = [](const device_state&, servo_force&) { return false; };
+    SessionOptions options = real_time(0.02);
     options.patience_s = 0.0;
-    const DeviceReport report = run(options);
+    const DeviceReport report = run(options, nobody);
     EXPECT_EQ(report.ticks, 20);
     EXPECT_EQ(report.missed, 20);
     EXPECT_EQ(report.silences, 0);
     options.lockstep = true;
-    EXPECT_THROW(run(options), Error);
+    EXPECT_THROW(run(options, nobody), Error);
 }
 
 // A Touch-like frame, half the motion and twice the force: the wall is met where the body has it, and the hand feels
@@ -346,23 +310,14 @@ TEST_F(DeviceSessionTest, ADeviceOfAnotherFrameMeetsTheSameWall) {
     options.map.rotation_deg = {90.0, 0.0, 0.0};
     options.map.motion_scale = 0.5;
     options.map.force_scale = 2.0;
-    partner(push_up);
-    const auto path = scripted_path("poke", PathOptions{});
-    const DeviceMapping mapping(options.map);
-    SimulatedDriver driver(PointDevice(Device{}, Hand{}, mapping.to_device(path->at(0.0).position_m)), *path, mapping);
-    DeviceRecord record(folder / "device.csv");
-    DeviceSession session(driver, connection, options, &record);
-    const DeviceReport report = session.run();
-    record.finish();
     // 10 mm of the hand's way beyond the wall: 200 x 300 / 500 x 10 mm.
-    EXPECT_WITHIN(std::abs(report.largest_force_n - 1.2), .epsilon = 0.05);
-    const auto rows = read_rows(folder / "device.csv");
-    ASSERT_EQ(rows.size(), 800U);
-    EXPECT_WITHIN(std::abs(rows[0].at("z") - 0.04), .epsilon = Device().encoder_step_m) << "the path is the body's";
-    const auto& deep = rows[400];
-    EXPECT_WITHIN(std::abs(deep.at("force_z") - 2.0 * 300.0 * (0.03 - deep.at("z"))), .count = 64, .size = 1.2)
-        << "the motors' force in the body's axes, of the finger in the body's coordinates";
-    EXPECT_WITHIN(std::abs(deep.at("force_x")) + std::abs(deep.at("force_y")), .count = 64, .size = 1.2);
+    EXPECT_WITHIN(std::abs(run(options, push_up).largest_force_n - 1.2), .epsilon = 0.05);
+    const auto ticks = rows();
+    ASSERT_EQ(ticks.size(), 800U);
+    EXPECT_WITHIN(std::abs(ticks[0].at("z") - 0.04), .epsilon = Device().encoder_step_m) << "the path is the body's";
+    // The motors' force in the body's axes, of the finger in the body's coordinates.
+    const Vector3d wall_n(0.0, 0.0, 2.0 * 300.0 * (0.03 - ticks[400].at("z")));
+    EXPECT_WITHIN((xyz_of(ticks[400], "force_") - wall_n).norm(), .count = 64, .size = 1.2);
 }
 
 // Held down on the wall, the clutch pressed for 0.15 s while the hand goes on: no step of the finger, of the force no
@@ -370,29 +325,18 @@ TEST_F(DeviceSessionTest, ADeviceOfAnotherFrameMeetsTheSameWall) {
 TEST_F(DeviceSessionTest, TheClutchBringsTheForceDownAndBackWithoutAStep) {
     SessionOptions options = lockstep();
     options.map.ramp_s = 0.05;
-    std::vector<device_state> states;
-    partner([&](const device_state& state, servo_force& force) {
-        states.push_back(state);
-        return push_up(state, force);
-    });
-    const auto path = scripted_path("poke", PathOptions{});
-    SimulatedDriver driver(PointDevice(Device{}, Hand{}, path->at(0.0).position_m), *path, DeviceMapping(options.map),
-                           presses_of("clutch:0.35:0.5"));
-    DeviceRecord record(folder / "device.csv");
-    DeviceSession session(driver, connection, options, &record);
-    const DeviceReport report = session.run();
-    record.finish();
-    const auto rows = read_rows(folder / "device.csv");
+    const DeviceReport report = run(options, push_up, "device.csv", "clutch:0.35:0.5");
+    const auto ticks = rows();
     // From the clutch on until the ramp is whole again; the tick in which it is whole does not count.
     EXPECT_EQ(report.clutched_ticks, 150 + 49);
-    EXPECT_GT(rows[349].at("force_z"), 0.5);
-    EXPECT_EQ(rows[420].at("force_z"), 0.0);
-    for (std::size_t i = 1; i < rows.size(); ++i) {
-        EXPECT_LT(std::abs(rows[i].at("z") - rows[i - 1].at("z")), 1.5e-4)
-            << "the peak of a movement at 50 mm/s, " << i;
-        EXPECT_LT(std::abs(rows[i].at("force_z") - rows[i - 1].at("force_z")), 0.7 / 50.0 + 300.0 * 1.5e-4) << i;
+    EXPECT_GT(ticks[349].at("force_z"), 0.5);
+    EXPECT_EQ(ticks[420].at("force_z"), 0.0);
+    for (std::size_t i = 1; i < ticks.size(); ++i) {
+        const double step_m = std::abs(ticks[i].at("z") - ticks[i - 1].at("z"));
+        EXPECT_LT(step_m, 1.5e-4) << "the peak of a movement at 50 mm/s, " << i;
+        EXPECT_LT(std::abs(ticks[i].at("force_z") - ticks[i - 1].at("force_z")), 0.7 / 50.0 + 300.0 * 1.5e-4) << i;
     }
-    EXPECT_EQ(rows[360].at("z"), rows[499].at("z")) << "the finger stays";
+    EXPECT_EQ(ticks[360].at("z"), ticks[499].at("z")) << "the finger stays";
     EXPECT_EQ(states[460].velocity_m_s[2], 0.0);
 }
 

@@ -30,76 +30,73 @@ contact loaded() {
     return message;
 }
 
-TEST(Decode, TakesWholeMessages) {
-    contact out;
-    ASSERT_TRUE(decode_whole(encoded(loaded()), out));
-    EXPECT_EQ(out.seq, 5);
-    EXPECT_EQ(out.node, (std::vector<std::int32_t>{3, 4}));
-    EXPECT_EQ(out.force_n[1], (std::vector<double>{4.0, 5.0, 6.0}));
+servo_status counted() {
     servo_status status{};
-    status.count = 2;
-    status.name = {"", "ticks_2"};
-    status.value = {1, 2};
-    servo_status said;
-    ASSERT_TRUE(decode_whole(encoded(status), said));
-    EXPECT_EQ(said.name, status.name);
-    EXPECT_EQ(said.value, status.value);
+    status.count = 3;
+    status.name = {"ticks_2", "late", ""};
+    status.value = {1, -2, 3};
+    return status;
 }
 
-// Room is made for no more than what is there: 2^31 - 1 nodes would take 60 GB.
-TEST(Decode, NoCountIsBelieved) {
-    const std::vector<std::uint8_t> whole = encoded(loaded());
-    const std::size_t count_at = encoded(contact{}).size() - 4;
-    for (const std::uint32_t count : {0x7FFFFFFFU, 0xFFFFFFFFU, 0x80000000U, 3U, 1U, 0U}) {
-        std::vector<std::uint8_t> bomb = whole;
-        put_count(bomb, count_at, count);
-        contact out;
-        EXPECT_FALSE(decode_whole(bomb, out)) << count;
-        EXPECT_LE(out.node.capacity(), 2U);
-    }
+servo_status named(const std::string& name) {
+    servo_status status{};
+    status.count = 1;
+    status.name = {name};
+    status.value = {1};
+    return status;
+}
+
+tool_wrench felt() {
     tool_wrench wrench{};
     wrench.count = 2;
     wrench.touches = {1, 0};
     wrench.point_m = wrench.god_object_m = wrench.force_n = {{1.0, 2.0, 3.0}, {4.0, 5.0, 6.0}};
-    tool_wrench felt;
-    ASSERT_TRUE(decode_whole(encoded(wrench), felt));
-    EXPECT_EQ(felt.force_n, wrench.force_n);
-    for (const std::uint32_t count : {0x7FFFFFFFU, 0xFFFFFFFFU, 3U, 1U, 0U}) {
-        std::vector<std::uint8_t> bomb = encoded(wrench);
-        put_count(bomb, encoded(tool_wrench{}).size() - 4, count);
-        EXPECT_FALSE(decode_whole(bomb, felt)) << count;
+    return wrench;
+}
+
+TEST(Decode, TakesWholeMessages) {
+    contact load;
+    ASSERT_TRUE(decode_whole(encoded(loaded()), load));
+    EXPECT_EQ(load.seq, 5);
+    EXPECT_EQ(load.node, loaded().node);
+    EXPECT_EQ(load.force_n, loaded().force_n);
+    servo_status said;
+    ASSERT_TRUE(decode_whole(encoded(counted()), said));
+    EXPECT_EQ(said.name, counted().name);
+    EXPECT_EQ(said.value, counted().value);
+    tool_wrench wrench;
+    ASSERT_TRUE(decode_whole(encoded(felt()), wrench));
+    EXPECT_EQ(wrench.force_n, felt().force_n);
+}
+
+// Room is made for no more than what is there: 2^31 - 1 nodes would take 60 GB.
+TEST(Decode, NoCountIsBelieved) {
+    for (const std::uint32_t count : {0x7FFFFFFFU, 0xFFFFFFFFU, 0x80000000U, 3U, 1U, 0U}) {
+        std::vector<std::uint8_t> bomb = encoded(loaded());
+        put_count(bomb, encoded(contact{}).size() - 4, count);
+        contact load;
+        EXPECT_FALSE(decode_whole(bomb, load)) << count;
+        EXPECT_LE(load.node.capacity(), 2U);
     }
-    const std::size_t name_at = encoded(servo_status{}).size();
-    servo_status status{};
-    status.count = 1;
-    status.name = {"name"};
-    status.value = {1};
+    const std::size_t names_at = encoded(servo_status{}).size() - 4;
     for (const std::uint32_t length : {0U, 4U, 6U, 0x7FFFFFFFU, 0x80000000U, 0x80000005U, 0xFFFFFFFFU}) {
-        std::vector<std::uint8_t> bomb = encoded(status);
-        put_count(bomb, name_at, length);
-        servo_status out;
-        EXPECT_FALSE(decode_whole(bomb, out)) << length;
-        put_count(bomb, name_at - 4, 0x7FFFFFFFU);
-        EXPECT_FALSE(decode_whole(bomb, out));
-        EXPECT_LE(out.name.capacity(), 1U);
+        std::vector<std::uint8_t> bomb = encoded(named("name"));
+        put_count(bomb, names_at + 4, length);
+        servo_status said;
+        EXPECT_FALSE(decode_whole(bomb, said)) << length;
+        put_count(bomb, names_at, 0x7FFFFFFFU);
+        EXPECT_FALSE(decode_whole(bomb, said));
+        EXPECT_LE(said.name.capacity(), 1U);
     }
 }
 
 // What a terminal or gnuplot would act on is no name of a counter.
 TEST(Decode, NamesAreNames) {
+    servo_status out;
     for (const std::string name :
-         {"\x1b[2Jticks", "ticks\n", "a`id`", "a\" with lines, \"", "a b", "\xc3\xa9", "a\x7f"}) {
-        servo_status status{}, out;
-        status.count = 1;
-        status.name = {name};
-        status.value = {1};
-        EXPECT_FALSE(decode_whole(encoded(status), out)) << testing::PrintToString(name);
-    }
-    servo_status status{}, out;
-    status.count = 1;
-    status.name = {"late"};
-    status.value = {1};
-    std::vector<std::uint8_t> bytes = encoded(status);
+         {"\x1b[2Jticks", "ticks\n", "a`id`", "a\" with lines, \"", "a b", "\xc3\xa9", "a\x7f"})
+        EXPECT_FALSE(decode_whole(encoded(named(name)), out)) << testing::PrintToString(name);
+    std::vector<std::uint8_t> bytes = encoded(named("late"));
     bytes[encoded(servo_status{}).size() + 4 + 4] = 'r';  // no zero at its end
     EXPECT_FALSE(decode_whole(bytes, out));
 }
@@ -126,11 +123,11 @@ contact filled<contact>() {
 }
 template <>
 servo_status filled<servo_status>() {
-    servo_status status{};
-    status.count = 3;
-    status.name = {"ticks", "late", ""};
-    status.value = {1, -2, 3};
-    return status;
+    return counted();
+}
+template <>
+tool_wrench filled<tool_wrench>() {
+    return felt();
 }
 
 // A length may stand at any byte: wherever four bytes say one that is none, the message is refused or is that message.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "host/link/finger_path.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,21 +15,17 @@ namespace {
 
 class FingerPathTest : public testing::Test {
 protected:
+    std::vector<FingerTick> ticks(const std::string& text, Positions allowed = Positions::any) {
+        write_file(path_, text);
+        return read_finger_ticks(path_, allowed);
+    }
     std::vector<std::array<double, 3>> read(const std::string& text, Positions allowed = Positions::any) {
-        write_file(folder / "path.csv", text);
-        return read_finger_path(folder / "path.csv", allowed);
-    }
-    std::string error_of(const std::string& text, Positions allowed = Positions::any) {
-        return test::error_of([&] { read(text, allowed); });
-    }
-    void expect_error_at(const std::string& text, int line, Positions allowed = Positions::any) {
-        const std::string place = (folder / "path.csv").string() + ":" + std::to_string(line) + ": ";
-        const std::string error = error_of(text, allowed);
-        EXPECT_EQ(error.substr(0, place.size()), place) << error;
-        EXPECT_EQ(error.find('\n'), std::string::npos) << error;
+        write_file(path_, text);
+        return read_finger_path(path_, allowed);
     }
 
-    WorkFolder folder;
+    const WorkFolder folder_;
+    const std::filesystem::path path_ = folder_ / "path.csv";
 };
 
 TEST_F(FingerPathTest, ReadsPositions) {
@@ -38,52 +35,37 @@ TEST_F(FingerPathTest, ReadsPositions) {
     EXPECT_EQ(path[1], (std::array<double, 3>{1.0, 2.0, 3.0}));
 }
 
+const std::string kServo = "tick,x,y,z,contact,force_x";
+
 // Of a servo's CSV what went in, and its ticks, whatever came out; also of one without buttons.
 TEST_F(FingerPathTest, ReadsAServosOwnCsv) {
-    const std::string begin = "tick,x,y,z,contact,force_x";
-    write_file(folder / "path.csv", begin + ",buttons,state\n7,1,2,3,0,9.5,2,1\n9,nan,5,6,1,8.5,0,3\n");
-    const auto ticks = read_finger_ticks(folder / "path.csv", Positions::any);
-    ASSERT_EQ(ticks.size(), 2U);
-    EXPECT_EQ(ticks[0].position_m, (std::array<double, 3>{1.0, 2.0, 3.0}));
-    EXPECT_EQ(ticks[0].number, 7);
-    EXPECT_EQ(ticks[0].buttons, 2U);
-    EXPECT_EQ(ticks[1].number, 9);
-    EXPECT_TRUE(std::isnan(ticks[1].position_m[0]));
-    EXPECT_EQ(read(begin + "\n0,1,2,3,0,0\n")[0], (std::array<double, 3>{1.0, 2.0, 3.0}));
-    expect_error_at(begin + "\n0,1,2,3,0,0\n1,1,2,3,0\n", 3);
-    expect_error_at(begin + "\n0.5,1,2,3,0,0\n", 2);
+    const auto read_ticks = ticks(kServo + ",buttons,state\n7,1,2,3,0,9.5,2,1\n9,nan,5,6,1,8.5,0,3\n");
+    ASSERT_EQ(read_ticks.size(), 2U);
+    EXPECT_EQ(read_ticks[0].position_m, (std::array<double, 3>{1.0, 2.0, 3.0}));
+    EXPECT_EQ(read_ticks[0].number, 7);
+    EXPECT_EQ(read_ticks[0].buttons, 2U);
+    EXPECT_EQ(read_ticks[1].number, 9);
+    EXPECT_TRUE(std::isnan(read_ticks[1].position_m[0]));
+    EXPECT_EQ(read(kServo + "\n0,1,2,3,0,0\n")[0], (std::array<double, 3>{1.0, 2.0, 3.0}));
 }
 
 TEST_F(FingerPathTest, ReadsHowAToolIsTurned) {
-    write_file(folder / "path.csv", "x,y,z,qw,qx,qy,qz,buttons\n1,2,3,0.6,0,-0.8,0,2\n");
-    const FingerTick tick = read_finger_ticks(folder / "path.csv", Positions::finite).at(0);
+    const FingerTick tick = ticks("x,y,z,qw,qx,qy,qz,buttons\n1,2,3,0.6,0,-0.8,0,2\n", Positions::finite).at(0);
     EXPECT_EQ(tick.position_m, (std::array<double, 3>{1.0, 2.0, 3.0}));
     EXPECT_EQ(tick.turn, (std::array<double, 4>{0.6, 0.0, -0.8, 0.0}));
     EXPECT_EQ(tick.buttons, 2U);
     const std::string csv = "tick,x,y,z,contact,buttons,state,faults,qw,qx,qy,qz,torque_x\n4,1,2,3,0,1,1,0,1,0,0,0,9\n";
-    write_file(folder / "path.csv", csv);
-    EXPECT_EQ(read_finger_ticks(folder / "path.csv", Positions::any).at(0).turn,
-              (std::array<double, 4>{1.0, 0.0, 0.0, 0.0}));
-    expect_error_at("x,y,z,qw,qx,qy,qz\n1,2,3,1,0,0\n", 2);
-    expect_error_at("x,y,z,qw,qx,qy,qz\n1,2,3,1,0.1,0,0\n", 2, Positions::finite);
+    EXPECT_EQ(ticks(csv).at(0).turn, (std::array<double, 4>{1.0, 0.0, 0.0, 0.0}));
     EXPECT_NO_THROW(read("x,y,z,qw,qx,qy,qz\n1,2,3,1,0.1,0,0\n"));  // the servo is to see it
-    expect_error_at("x,y,z,qw\n1,2,3,1\n", 1);
 }
 
 TEST_F(FingerPathTest, ReadsButtonsWhereTheHeaderNamesThem) {
-    write_file(folder / "path.csv", "x,y,z,buttons\n1,2,3,0\n4,5,6, 6\n");
-    const auto ticks = read_finger_ticks(folder / "path.csv", Positions::any);
-    ASSERT_EQ(ticks.size(), 2U);
-    EXPECT_EQ(ticks[0].buttons, 0U);
-    EXPECT_EQ(ticks[1].buttons, 6U);
-    EXPECT_EQ(ticks[1].position_m, (std::array<double, 3>{4.0, 5.0, 6.0}));
+    const auto pressed = ticks("x,y,z,buttons\n1,2,3,0\n4,5,6, 6\n");
+    ASSERT_EQ(pressed.size(), 2U);
+    EXPECT_EQ(pressed[0].buttons, 0U);
+    EXPECT_EQ(pressed[1].buttons, 6U);
+    EXPECT_EQ(pressed[1].position_m, (std::array<double, 3>{4.0, 5.0, 6.0}));
     EXPECT_EQ(read("x,y,z,buttons\n1,2,3,0\n").size(), 1U) << "positions alone";
-    expect_error_at("x,y,z,buttons\n1,2,3\n", 2);
-    expect_error_at("x,y,z,buttons\n1,2,3,-1\n", 2);
-    expect_error_at("x,y,z,buttons\n1,2,3,0.5\n", 2);
-    expect_error_at("x,y,z,buttons\n1,2,3,\n", 2);
-    expect_error_at("x,y,z,buttons\n1,2,3,0,0\n", 2);
-    expect_error_at("x,y,z,force\n1,2,3,0\n", 1);
 }
 
 TEST_F(FingerPathTest, ReadsWhatOtherSystemsWrite) {
@@ -100,27 +82,28 @@ TEST_F(FingerPathTest, KeepsWhatIsNotFinite) {
     EXPECT_EQ(path[0][1], -INFINITY);
     EXPECT_EQ(path[0][2], INFINITY);
     EXPECT_EQ(path[1], (std::array<double, 3>{INFINITY, -INFINITY, 0.0}));
-    expect_error_at("x,y,z\n1,2,3\n1,nan,3\n", 3, Positions::finite);
-    expect_error_at("x,y,z\n1,2,1e999\n", 2, Positions::finite);
 }
 
 TEST_F(FingerPathTest, NamesTheBadLine) {
-    expect_error_at("", 1);
-    expect_error_at("1,2,3\n", 1);
-    expect_error_at("x,y\n1,2\n", 1);
-    expect_error_at("x,y,z\n1,2,3\n1,2\n", 3);
-    expect_error_at("x,y,z\n1,2,3,4\n", 2);
-    expect_error_at("x,y,z\n1,2,3\n\n1,2,3\n", 3);
-    expect_error_at("x,y,z\n1,,3\n", 2);
-    expect_error_at("x,y,z\n1,2,3mm\n", 2);
-    expect_error_at("x,y,z\n1,2,0x10\n", 2);
-    expect_error_at("x,y,z\n1;2;3\n", 2);
-    expect_error_at("x,y,z\n1,2,--3\n", 2);
-    expect_error_at(std::string("x,y,z\n1,2,\0\n", 11), 2);
-}
-
-TEST_F(FingerPathTest, NamesAMissingFile) {
-    EXPECT_THROW(read_finger_path(folder / "none.csv", Positions::any), Error);
+    const auto expect_at = [this](int line, Positions allowed, const std::vector<std::string>& texts) {
+        for (const std::string& text : texts) {
+            const std::string error = error_of([&] { read(text, allowed); });
+            EXPECT_TRUE(error.starts_with(fmt::format("{}:{}: ", path_.string(), line))) << text << error;
+            EXPECT_EQ(error.find('\n'), std::string::npos) << error;
+        }
+    };
+    const std::string turned = "x,y,z,qw,qx,qy,qz\n", pressed = "x,y,z,buttons\n";
+    expect_at(1, Positions::any, {"", "1,2,3\n", "x,y\n1,2\n", "x,y,z,force\n1,2,3,0\n", "x,y,z,qw\n1,2,3,1\n"});
+    expect_at(2, Positions::any,
+              {"x,y,z\n1,2,3,4\n", "x,y,z\n1,,3\n", "x,y,z\n1,2,3mm\n", "x,y,z\n1,2,0x10\n", "x,y,z\n1;2;3\n",
+               "x,y,z\n1,2,--3\n", std::string("x,y,z\n1,2,\0\n", 11), kServo + "\n0.5,1,2,3,0,0\n",
+               turned + "1,2,3,1,0,0\n", pressed + "1,2,3\n", pressed + "1,2,3,-1\n", pressed + "1,2,3,0.5\n",
+               pressed + "1,2,3,\n", pressed + "1,2,3,0,0\n"});
+    expect_at(3, Positions::any,
+              {"x,y,z\n1,2,3\n1,2\n", "x,y,z\n1,2,3\n\n1,2,3\n", kServo + "\n0,1,2,3,0,0\n1,1,2,3,0\n"});
+    expect_at(2, Positions::finite, {"x,y,z\n1,2,1e999\n", turned + "1,2,3,1,0.1,0,0\n"});
+    expect_at(3, Positions::finite, {"x,y,z\n1,2,3\n1,nan,3\n"});
+    EXPECT_THROW(read_finger_path(folder_ / "none.csv", Positions::any), Error);
 }
 
 }  // namespace

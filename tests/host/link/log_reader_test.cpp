@@ -54,7 +54,7 @@ TEST_F(LogReaderTest, ReadsWhatLiblcmWrites) {
         EXPECT_EQ(event->number, i);
         EXPECT_EQ(event->utime, 1000 + i);
         EXPECT_EQ(event->channel, "CHANNEL_" + std::to_string(i));
-        EXPECT_EQ(event->data.size(), static_cast<std::size_t>(10 * i));
+        EXPECT_EQ(event->data.size(), std::size_t(10 * i));
     }
     EXPECT_FALSE(reader.next());
     EXPECT_EQ(reader.damaged(), 0);

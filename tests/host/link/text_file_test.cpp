@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <functional>
 
 #include "host/base/error.hpp"
 #include "tests/error_of.hpp"
@@ -45,32 +46,38 @@ TEST(TextFile, KeptItSurvivesAnException) {
     EXPECT_EQ(folder.file_count(), 1U);
 }
 
+/// How a process ends that does this.
+int status_of(const std::function<int()>& act) {
+    const pid_t child = fork();
+    if (child == 0) _exit(act());
+    int status = 0;
+    waitpid(child, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+}
+
 TEST(TextFile, KeptItSurvivesAKilledProcess) {
     const WorkFolder folder;
-    const pid_t child = fork();
-    if (child == 0) {
+    const int status = status_of([&] {
         TextFile file(folder / "a.csv");
         file.add("header\n");
         file.keep();
         file.add("one\n");
         file.flush();
         file.add("two\n");
-        kill(getpid(), SIGKILL);
-    }
-    waitpid(child, nullptr, 0);
+        return kill(getpid(), SIGKILL);
+    });
+    EXPECT_EQ(status, -SIGKILL);
     EXPECT_EQ(read_file(folder / "a.csv"), "header\none\n");
 }
 
 // A disk that takes half a line: whole lines are kept, and the end is an error that names the file.
 TEST(TextFile, KeepsWholeLinesOnAFullDisk) {
     const WorkFolder folder;
-    const pid_t child = fork();
-    if (child == 0) {
+    const int status = status_of([&] {
         std::signal(SIGXFSZ, SIG_IGN);
         const rlimit most{10, 10};
         setrlimit(RLIMIT_FSIZE, &most);
-        int status = 1;
-        try {
+        const auto write = [&] {
             TextFile file(folder / "a.csv");
             file.add("header\n");
             file.keep();
@@ -79,14 +86,10 @@ TEST(TextFile, KeepsWholeLinesOnAFullDisk) {
                 file.flush();
             }
             file.finish();
-        } catch (const Error& error) {
-            status = std::string(error.what()).find("a.csv: cannot be written") != std::string::npos ? 0 : 2;
-        }
-        _exit(status);
-    }
-    int status = 0;
-    waitpid(child, &status, 0);
-    EXPECT_EQ(WEXITSTATUS(status), 0);
+        };
+        return fails_with(write, "a.csv: cannot be written") ? 0 : 1;
+    });
+    EXPECT_EQ(status, 0);
     EXPECT_EQ(read_file(folder / "a.csv"), "header\n");
 }
 

@@ -3,17 +3,26 @@
 // what is the viewer's. Python reads such a log in tests/loop/test_run.py.
 #include "host/run/recorder.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <map>
 
 #include "host/link/log_reader.hpp"
 #include "host/view/contact_messages.hpp"
+#include "tests/error_of.hpp"
 #include "tests/host/view/cube_tables.hpp"
 #include "tests/loop/helpers.hpp"
 
 namespace haptable::test {
 namespace {
+
+template <typename Message>
+std::vector<std::uint8_t> encoded(const Message& message) {
+    std::vector<std::uint8_t> bytes(std::size_t(message.getEncodedSize()));
+    message.encode(bytes.data(), 0, int(bytes.size()));
+    return bytes;
+}
 
 class RecordedList : public testing::Test {
 protected:
@@ -27,8 +36,7 @@ protected:
         message.utime = 1'000'000;
         if constexpr (requires { message.seq; }) message.seq = 7;
         message.session = 3;
-        if constexpr (requires { message.model_hash; })
-            message.model_hash = static_cast<std::int64_t>(tables_.tables_hash);
+        if constexpr (requires { message.model_hash; }) message.model_hash = std::int64_t(tables_.tables_hash);
         if constexpr (requires { message.servo; }) message.servo = 5;
         if constexpr (std::is_same_v<Message, body_pose>) {
             message.turn[0] = 1.0;
@@ -66,20 +74,17 @@ TEST_F(RecordedList, EveryMessageIsInTheLogAndDrawn) {
         each_channel([&]<typename Message>(const char* channel, std::size_t) {
             Message message{};
             fill(message);
-            std::vector<std::uint8_t>& bytes = sent[channel];
-            bytes.resize(static_cast<std::size_t>(message.getEncodedSize()));
-            message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+            sent[channel] = encoded(message);
             connection.publish(channel, message);
         });
-        while (connection.handle_until(Clock::now())) {
-        }
+        handle_all(connection);
         EXPECT_EQ(recorder.states(), 2);
         line = recorder.line();
         log.finish();
     }
     EXPECT_GE(sent.size(), 9U);
-    EXPECT_NE(line.find(" | "), std::string::npos) << line;
-    EXPECT_NE(line.find("rejected_positions +2"), std::string::npos) << line;
+    EXPECT_TRUE(says(line, " | "));
+    EXPECT_TRUE(says(line, "rejected_positions +2"));
 
     std::map<std::string, std::vector<std::uint8_t>> heard;
     LogReader reader(folder_ / "session.lcmlog");
@@ -105,9 +110,7 @@ TEST_F(RecordedList, EveryMessageIsInTheLogAndDrawn) {
 
 // What another type or another version says on a channel is neither taken nor lost silently.
 TEST(MessageList, TellsWhatIsNotItsMessage) {
-    body_modes modes{};
-    std::vector<std::uint8_t> bytes(static_cast<std::size_t>(modes.getEncodedSize()));
-    modes.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+    std::vector<std::uint8_t> bytes = encoded(body_modes{});
     const auto all = [](const auto&, std::size_t) {};
     EXPECT_EQ(take_message("HAPTABLE_MODES", bytes, all), Heard::taken);
     EXPECT_EQ(take_message("HAPTABLE_BODY", bytes, all), Heard::other_version);
@@ -121,16 +124,16 @@ TEST(MessageList, TellsWhatIsNotItsMessage) {
 // docs/SPEC.md and README.md list what is sent.
 TEST(MessageList, IsThatOfThePages) {
     const std::string spec = read_file("docs/SPEC.md"), readme = read_file("README.md");
+    const auto has = [](const std::string& page, const std::string& row) {
+        return page.find(row) != std::string::npos;
+    };
     each_channel([&]<typename Message>(const char* channel, std::size_t finger) {
-        const std::string type = Message::getTypeName();
-        const std::string row = std::string("| `") + channel + "` | `" + type + "` |";
+        const std::string row = fmt::format("| `{}` | `{}` |", channel, Message::getTypeName());
         if (finger == 0) {
-            EXPECT_NE(spec.find(row + (Sent<Message>::kSender == Sender::device ? " device" : " servo")),
-                      std::string::npos)
-                << row;
-            EXPECT_NE(readme.find(row), std::string::npos) << row;
+            EXPECT_TRUE(has(spec, row + (Sent<Message>::kSender == Sender::device ? " device" : " servo"))) << row;
+            EXPECT_TRUE(has(readme, row)) << row;
         } else if (finger == 1 || finger == kFingers - 1) {
-            EXPECT_NE(spec.find(std::string("`") + channel + "`"), std::string::npos) << channel;
+            EXPECT_TRUE(has(spec, fmt::format("`{}`", channel))) << channel;
         }
     });
 }

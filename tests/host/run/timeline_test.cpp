@@ -44,49 +44,40 @@ protected:
     std::filesystem::path file = folder / "session.lcmlog";
 };
 
-TEST_F(Timelines, HasEveryTickWithItsAnswer) {
+// The energies are those that the servo accounts, of the floats that it had: theirs to 2^-24 of each of the sums'
+// terms.
+TEST_F(Timelines, HasEveryTickWithItsAnswerAndTheEnergies) {
     const ServoReport report = record();
     const Timeline timeline = read_timeline(file);
-    ASSERT_EQ(timeline.ticks.size(), static_cast<std::size_t>(report.counters.ticks));
+    ASSERT_EQ(timeline.ticks.size(), std::size_t(report.counters.ticks));
     EXPECT_TRUE(timeline.simulated);
     EXPECT_EQ(timeline.tables_hash, SoftBox::kHash);
     EXPECT_EQ(timeline.damaged, 0);
     std::int64_t touching = 0;
-    double force_n = 0.0;
+    double force_n = 0.0, stored_j = 0.0, given_j = 0.0, moved_j = 0.0;
     for (std::size_t i = 0; i < timeline.ticks.size(); ++i) {
-        const Tick& tick = timeline.ticks[i];
+        const Tick &tick = timeline.ticks[i], &before = timeline.ticks[i > 0 ? i - 1 : 0];
         ASSERT_TRUE(tick.answered) << i;
-        EXPECT_DOUBLE_EQ(tick.time_s, 1e-3 * static_cast<double>(i));
+        EXPECT_DOUBLE_EQ(tick.time_s, 1e-3 * double(i));
         touching += tick.servo_state == servo_force::CONTACT ? 1 : 0;
         force_n = std::max(force_n, tick.force_size_n());
         EXPECT_TRUE(tick.depth_m > 0.0 || tick.force_size_n() <= 0.0) << i;
         EXPECT_TRUE(tick.depth_m <= 0.0 || tick.servo_state == servo_force::CONTACT) << i;
-    }
-    EXPECT_EQ(touching, std::int64_t{report.counters.contact_ticks});
-    EXPECT_EQ(force_n, report.largest_force_n);
-    ASSERT_EQ(timeline.statuses.size(), 1U);
-    EXPECT_EQ(timeline.statuses.front().counters.at("ticks"), std::int64_t{report.counters.ticks});
-}
-
-// The energies are those that the servo accounts, of the floats that it had: theirs to 2^-24 of each of the sums'
-// terms.
-TEST_F(Timelines, HasTheServosEnergies) {
-    const ServoReport report = record();
-    const Timeline timeline = read_timeline(file);
-    double stored_j = 0.0, given_j = 0.0, moved_j = 0.0;
-    for (std::size_t i = 1; i < timeline.ticks.size(); ++i) {
-        const Tick &before = timeline.ticks[i - 1], &tick = timeline.ticks[i];
         stored_j = std::max(stored_j, tick.stored_j);
         given_j = std::max(given_j, tick.given_j);
         for (std::size_t a = 0; a < 3; ++a)
             moved_j += std::abs(before.force_n[a]) * (std::abs(tick.finger_m[a]) + std::abs(before.finger_m[a]));
     }
+    EXPECT_EQ(touching, std::int64_t{report.counters.contact_ticks});
+    EXPECT_EQ(force_n, report.largest_force_n);
     EXPECT_GT(stored_j, 0.0);
     EXPECT_NEAR(stored_j, report.energy.most_stored_j(), std::ldexp(moved_j, -24));
     EXPECT_NEAR(given_j, report.energy.most_given_j(), std::ldexp(moved_j, -24));
+    ASSERT_EQ(timeline.statuses.size(), 1U);
+    EXPECT_EQ(timeline.statuses.front().counters.at("ticks"), std::int64_t{report.counters.ticks});
 }
 
-TEST_F(Timelines, ALogThatWasCutOffIsReadUpToThere) {
+TEST_F(Timelines, IsWrittenAsATableUpToWhereItsLogWasCutOff) {
     record();
     const std::size_t whole = read_timeline(file).ticks.size();
     std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2);
@@ -94,11 +85,6 @@ TEST_F(Timelines, ALogThatWasCutOffIsReadUpToThere) {
     EXPECT_GT(timeline.ticks.size(), whole / 3);
     EXPECT_LT(timeline.ticks.size(), whole);
     EXPECT_LE(timeline.damaged, 1);
-}
-
-TEST_F(Timelines, IsWrittenAsATable) {
-    record();
-    const Timeline timeline = read_timeline(file);
     write_csv(timeline, folder / "session.csv");
     const auto lines = lines_of(read_file(folder / "session.csv"));
     ASSERT_EQ(lines.size(), timeline.ticks.size() + 1);

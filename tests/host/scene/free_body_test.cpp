@@ -1,31 +1,16 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // [body] free = true: what it reads.
-#include <gtest/gtest.h>
+#include "tests/host/scene/scene_file.hpp"
 
-#include "host/base/file.hpp"
-#include "host/scene/scene.hpp"
-#include "tests/temporary_folder.hpp"
-
-namespace haptable {
+namespace haptable::test {
 namespace {
 
-const std::string kHead = R"(name = "a"
-[mesh]
-generate = "cube"
-[material]
-young = 1000
-poisson = 0.3
-)";
-
-class FreeBodyScene : public testing::Test {
+class FreeBodyScene : public SceneFile {
 protected:
-    Scene read(const std::string& rest) {
-        write_file(path_, kHead + rest);
-        return read_scene(path_);
+    Scene read(const std::string& rest) const {
+        return SceneFile::read("name = \"a\"\n[mesh]\ngenerate = \"cube\"\n[material]\nyoung = 1000\npoisson = 0.3\n" +
+                               rest);
     }
-
-    const test::TemporaryFolder folder_;
-    const std::filesystem::path path_ = folder_.path() / "scene.toml";
 };
 
 TEST_F(FreeBodyScene, ReadsWhatHoldsIt) {
@@ -52,48 +37,39 @@ TEST_F(FreeBodyScene, AFloorIsBelowByGravity) {
 }
 
 TEST_F(FreeBodyScene, MayBeAsLightAndAsHeavyAsAServoMoves) {
-    EXPECT_EQ(read("[body]\nfree = true\nmass = 1e-6\n").free_body->mass_kg, 1e-6);
-    EXPECT_EQ(read("[body]\nfree = true\nmass = 1e6\n").free_body->mass_kg, 1e6);
+    for (const char* mass_kg : {"1e-6", "1e6"})
+        EXPECT_EQ(read(std::string("[body]\nfree = true\nmass = ") + mass_kg).free_body->mass_kg, std::stod(mass_kg));
 }
 
-// Only its contacts push it: no force goes on after one.
+// Only its contacts push it: no force goes on after one. It goes by the least energy unless the scene says otherwise.
 TEST_F(FreeBodyScene, ContactsAloneActOnIt) {
     const std::string free = "[body]\nfree = true\nmass = 1\n", least = "[contact]\ngod_object = \"least-energy\"\n";
     EXPECT_GT(read(least).contact.release_n_per_ms, 0.0);
     EXPECT_EQ(read(free + least).contact.release_n_per_ms, 0.0);
     EXPECT_EQ(read(free + least + "release_slew = 0\npassivity = false\n").contact.release_n_per_ms, 0.0);
-}
-
-TEST_F(FreeBodyScene, GoesByTheLeastEnergyUnlessTheSceneSaysOtherwise) {
-    const std::string free = "[body]\nfree = true\nmass = 1\n", nearest = "[contact]\ngod_object = \"nearest\"\n";
     EXPECT_EQ(read("").contact.god_object, GodObject::kNearest);
     EXPECT_EQ(read(free).contact.god_object, GodObject::kLeastEnergy);
-    EXPECT_EQ(read(free + nearest).contact.god_object, GodObject::kNearest);
+    EXPECT_EQ(read(free + "[contact]\ngod_object = \"nearest\"\n").contact.god_object, GodObject::kNearest);
 }
 
-TEST_F(FreeBodyScene, ABodyThatIsHeldMayRing) {
-    const Scene scene = read("[body]\nmodes = 6\ndensity = 900\nmass = 0.1\n");
-    ASSERT_TRUE(scene.body_modes);
-    EXPECT_FALSE(scene.free_body);
-    EXPECT_EQ(scene.body_modes->modes, 6);
-    EXPECT_EQ(scene.body_modes->line, 8) << "for codegen's errors";
-    EXPECT_EQ(scene.body_modes->damping_ratio, 0.05);
-    EXPECT_EQ(scene.density_of(-1), 900.0);
-    EXPECT_EQ(scene.mass_kg(), 0.1);
+TEST_F(FreeBodyScene, MayRingHeldOrFree) {
+    const Scene held = read("[body]\nmodes = 6\ndensity = 900\nmass = 0.1\n");
+    ASSERT_TRUE(held.body_modes);
+    EXPECT_FALSE(held.free_body);
+    EXPECT_EQ(held.body_modes->modes, 6);
+    EXPECT_EQ(held.body_modes->line, 8) << "for codegen's errors";
+    EXPECT_EQ(held.body_modes->damping_ratio, 0.05);
+    EXPECT_EQ(held.density_of(-1), 900.0);
+    EXPECT_EQ(held.mass_kg(), 0.1);
     EXPECT_FALSE(read("[body]\nmodes = 0\n").body_modes);
-}
-
-TEST_F(FreeBodyScene, ABodyThatNothingHoldsMayRing) {
-    const Scene scene = read("[body]\nfree = true\nmodes = 8\nmode_damping = 0.1\ndensity = 700\nmass = 0.2\n");
-    ASSERT_TRUE(scene.body_modes && scene.free_body);
-    EXPECT_EQ(scene.body_modes->damping_ratio, 0.1);
-    EXPECT_EQ(scene.density_of(-1), 700.0);
-    EXPECT_EQ(scene.mass_kg(), 0.2);
-}
-
-TEST_F(FreeBodyScene, MayRingUnderTwoFingers) {
-    EXPECT_EQ(read("[body]\nfree = true\nmodes = 2\nmass = 1\n[contact]\nfingers = 2\n").contact.fingers, 2);
+    const Scene free =
+        read("[body]\nfree = true\nmodes = 8\nmode_damping = 0.1\ndensity = 700\nmass = 0.2\n[contact]\nfingers = 2\n");
+    ASSERT_TRUE(free.body_modes && free.free_body);
+    EXPECT_EQ(free.body_modes->damping_ratio, 0.1);
+    EXPECT_EQ(free.density_of(-1), 700.0);
+    EXPECT_EQ(free.mass_kg(), 0.2);
+    EXPECT_EQ(free.contact.fingers, 2);
 }
 
 }  // namespace
-}  // namespace haptable
+}  // namespace haptable::test

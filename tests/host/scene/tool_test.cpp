@@ -2,32 +2,23 @@
 // [tool]: what it reads, and what becomes of its options.
 #include "host/scene/tool.hpp"
 
-#include <gtest/gtest.h>
-
 #include <nlohmann/json.hpp>
 
-#include "host/base/file.hpp"
 #include "host/base/scene_options.hpp"
 #include "host/scene/keys.hpp"
-#include "host/scene/scene.hpp"
-#include "tests/error_of.hpp"
-#include "tests/temporary_folder.hpp"
+#include "tests/host/scene/scene_file.hpp"
 
-namespace haptable {
+namespace haptable::test {
 namespace {
 
-class ToolScene : public testing::Test {
+class ToolScene : public SceneFile {
 protected:
-    Scene read(const std::string& tool) {
-        write_file(path_,
-                   "name = \"a\"\n[mesh]\ngenerate = \"cube\"\n[material]\nyoung = 1000\npoisson = 0.3\n"
-                   "[[fixed]]\nbelow = 0\n[contact]\nforce = \"pressure-mask\"\nmask_radius = 0.002\n" +
-                       tool);
-        return read_scene(path_);
+    Scene read(const std::string& tool) const {
+        return SceneFile::read(
+            "name = \"a\"\n[mesh]\ngenerate = \"cube\"\n[material]\nyoung = 1000\npoisson = 0.3\n"
+            "[[fixed]]\nbelow = 0\n[contact]\nforce = \"pressure-mask\"\nmask_radius = 0.002\n" +
+            tool);
     }
-
-    const test::TemporaryFolder folder_;
-    const std::filesystem::path path_ = folder_.path() / "scene.toml";
 };
 
 TEST_F(ToolScene, PointsByHand) {
@@ -69,4 +60,4 @@ TEST_F(ToolScene, HashedByItsPoints) {
 }
 
 }  // namespace
-}  // namespace haptable
+}  // namespace haptable::test

@@ -5,21 +5,26 @@
 #include <arpa/inet.h>
 #include <fcntl.h>
 #include <gtest/gtest.h>
-#include <poll.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "host/base/file.hpp"
+#include "tests/error_of.hpp"
+#include "tests/process.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace haptable::test {
 namespace {
 
-constexpr std::size_t kIdle = 2000;
+constexpr int kIdle = 2000;
 constexpr rlim_t kServersDescriptors = 256;  // as few as a system may give
 
 /// "http://127.0.0.1:PORT/..."
@@ -37,48 +42,18 @@ int connect_to(const sockaddr_in& at) {
     return fd;
 }
 
-/// A process that holds kIdle connections open and says nothing, until it is told to end.
-class IdleOnes {
-public:
-    explicit IdleOnes(const sockaddr_in& at) {
-        if (pipe(ready_) != 0 || pipe(end_) != 0) return;
-        id_ = fork();
-        if (id_ != 0) return;
-        rlimit limit{};
-        getrlimit(RLIMIT_NOFILE, &limit);
-        limit.rlim_cur = std::min<rlim_t>(limit.rlim_max, kIdle + 64);
-        setrlimit(RLIMIT_NOFILE, &limit);
-        std::size_t made = 0;
-        for (std::size_t i = 0; i < kIdle; ++i) made += connect_to(at) >= 0 ? 1 : 0;
-        [[maybe_unused]] const ssize_t told = write(ready_[1], &made, sizeof made);
-        close(end_[1]);
-        char byte = 0;
-        [[maybe_unused]] const ssize_t over = read(end_[0], &byte, 1);
-        _exit(0);
-    }
-    ~IdleOnes() { finish(); }
-    IdleOnes(const IdleOnes&) = delete;
-    IdleOnes& operator=(const IdleOnes&) = delete;
-
-    bool is_ready() const {
-        pollfd from{ready_[0], POLLIN, 0};
-        return poll(&from, 1, 0) > 0;
-    }
-    std::size_t made() const {
-        std::size_t count = 0;
-        return read(ready_[0], &count, sizeof count) == sizeof count ? count : 0;
-    }
-    void finish() {
-        if (id_ <= 0) return;
-        for (const int fd : {ready_[0], ready_[1], end_[0], end_[1]}) close(fd);
-        waitpid(id_, nullptr, 0);
-        id_ = 0;
-    }
-
-private:
-    int ready_[2]{}, end_[2]{};
-    pid_t id_ = 0;
-};
+/// Connects to the port as often as it is told, says nothing, and tells how many were made.
+constexpr const char* kIdleOnes =
+    "import resource, socket, sys, time\n"
+    "port, count = int(sys.argv[1]), int(sys.argv[2])\n"
+    "resource.setrlimit(resource.RLIMIT_NOFILE, (min(count + 64, resource.getrlimit(resource.RLIMIT_NOFILE)[1]),) * "
+    "2)\n"
+    "idle = [socket.socket() for _ in range(count)]\n"
+    "for one in idle:\n"
+    "    one.setblocking(False)\n"
+    "    one.connect_ex(('127.0.0.1', port))\n"
+    "print(len(idle), flush=True)\n"
+    "time.sleep(600)\n";
 
 /// What GET of the path is answered by; empty where it is not within so many rounds of the server.
 std::string get(PageServer& server, int rounds) {
@@ -122,24 +97,27 @@ TEST(PageServer, SurvivesIdleConnections) {
     const Descriptors few(kServersDescriptors);
     PageServer server(0, {});
     server.set_page("<html>page</html>");
-    EXPECT_NE(get(server, 5000).find("page</html>"), std::string::npos);
-    IdleOnes idle(address_of(server.socket_url()));
-    for (int i = 0; i < 10000 && !idle.is_ready(); ++i) {
-        server.serve();
-        usleep(1000);
-    }
-    ASSERT_TRUE(idle.is_ready());
-    EXPECT_GT(idle.made(), kServersDescriptors);
-    for (int i = 0; i < 200; ++i) {
-        server.serve();
-        usleep(1000);
-    }
+    EXPECT_TRUE(says(get(server, 5000), "page</html>"));
+    const std::string url = server.socket_url(), port = url.substr(url.rfind(':') + 1);
+    const TemporaryFolder folder;
+    const std::string made = folder.path() / "made";
+    std::optional<Process> idle(std::in_place,
+                                std::vector<std::string>{"/usr/bin/python3", "-c", kIdleOnes,
+                                                         std::to_string(std::stoi(port)), std::to_string(kIdle)},
+                                Process::Place{{}, made, {}});
+    const auto serve = [&](int rounds) {
+        for (int i = 0; i < rounds; ++i, usleep(1000)) server.serve();
+    };
+    for (int i = 0; i < 10000 && (!std::filesystem::exists(made) || std::filesystem::file_size(made) == 0); ++i)
+        serve(1);
+    EXPECT_EQ(read_file(made), std::to_string(kIdle) + "\n");
+    serve(200);
     // What else the session opens: its log, its pictures.
     const int other = open("/dev/null", O_RDONLY | O_CLOEXEC);
     EXPECT_GE(other, 0) << "no descriptor is left";
     close(other);
-    idle.finish();
-    EXPECT_NE(get(server, 20000).find("page</html>"), std::string::npos);
+    idle.reset();
+    EXPECT_TRUE(says(get(server, 20000), "page</html>"));
 }
 
 }  // namespace

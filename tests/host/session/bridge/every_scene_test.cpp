@@ -93,6 +93,10 @@ TEST_P(BridgeOfEveryScene, IsWhatTheHostHas) {
         EXPECT_EQ(poses.back().rest_centre_m[2], double{scene.body->centre_m[2]});
         EXPECT_EQ(poses.back().centre_m[0], double{target.said().pose.position_m[0]});
         EXPECT_NE(poses.back().centre_m[0], poses[0].centre_m[0]) << "it is pushed";
+        EXPECT_EQ(poses.back().velocity_m_per_s[0], double{target.said().pose.velocity_m_per_s[0]});
+        EXPECT_EQ(poses.back().turn[0], double{target.said().pose.turn[0]});
+        EXPECT_EQ(poses.back().utime, 1000 * (kStates - 1));
+        EXPECT_EQ(poses.back().model_hash, std::int64_t(scene.model->hash));
     }
     if (GetParam().rings) {
         EXPECT_EQ(swung.back().count, 2);
@@ -118,22 +122,19 @@ TEST_P(BridgeOfEveryScene, WhatIsNoPoseOrNoModeIsRejected) {
         faults.emplace_back([](haptable_line_answer& a) { a.pose.spin_rad_per_s[1] = std::nanf(""); });
     }
     if (GetParam().rings) faults.emplace_back([](haptable_line_answer& a) { a.q[1] = std::nanf(""); });
-    const auto sequence = static_cast<std::uint32_t>(1 + fingers);  // who begins first waits for nobody
-    const auto says = [this, sequence](haptable_line_answer answer) {
-        Bytes bytes(HAPTABLE_LINE_ANSWER_BYTES);
-        bytes.resize(haptable_line_write_answer(sequence, &target.hello, &answer, bytes.data()));
-        port.put(bytes);
+    const auto say = [this](const haptable_line_answer& answer) {
+        port.put(frame_of(target.hello, answer, std::uint32_t(1 + fingers)));  // who begins first waits for nobody
         for (int tries = 0; tries < 100; ++tries) session.take_answers();
         handle_all(connection);
     };
     for (const auto& fault : faults) {
         haptable_line_answer wild = target.said();
         fault(wild);
-        says(wild);
+        say(wild);
     }
     EXPECT_EQ(stepper.counters().rejected_forces, static_cast<std::int64_t>(faults.size()));
     EXPECT_FALSE(is_answered(1));
-    says(target.said());
+    say(target.said());
     EXPECT_TRUE(is_answered(1));
 }
 

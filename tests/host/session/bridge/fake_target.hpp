@@ -20,6 +20,30 @@ namespace haptable::test {
 
 using Bytes = std::vector<std::uint8_t>;
 
+/// Frames of a target that says this of itself, whether it is so or not.
+inline Bytes frame_of(const haptable_line_hello& hello) {
+    Bytes bytes(HAPTABLE_LINE_HELLO_BYTES);
+    bytes.resize(haptable_line_write_hello(0, hello, bytes.data()));
+    return bytes;
+}
+inline Bytes frame_of(const haptable_line_hello& hello, haptable_line_answer answer, std::uint32_t number) {
+    Bytes bytes(HAPTABLE_LINE_ANSWER_BYTES);
+    bytes.resize(haptable_line_write_answer(number, &hello, &answer, bytes.data()));
+    return bytes;
+}
+
+/// What has come there.
+inline Bytes take_from(int fd) {
+    Bytes bytes(65536);
+    pollfd from{fd, POLLIN, 0};
+    const ssize_t got = poll(&from, 1, 0) > 0 ? read(fd, bytes.data(), bytes.size()) : 0;
+    bytes.resize(got > 0 ? std::size_t(got) : 0);
+    return bytes;
+}
+inline void put_to(int fd, const Bytes& bytes) {
+    if (write(fd, bytes.data(), bytes.size()) != ssize_t(bytes.size())) throw std::runtime_error("the line is full");
+}
+
 /// Two named pipes, opened so that nobody waits for anybody.
 class Pipes {
 public:
@@ -41,16 +65,10 @@ public:
     /// What has come to the target's end.
     Bytes take() const { return take_from(in_); }
     /// From the target's end.
-    void put(const Bytes& bytes) const {
-        if (write(out_, bytes.data(), bytes.size()) != static_cast<ssize_t>(bytes.size()))
-            throw std::runtime_error("the pipe is full");
-    }
+    void put(const Bytes& bytes) const { put_to(out_, bytes); }
     /// The same pipes seen from the other end: for a relay.
     Bytes take_answers() const { return take_from(out_); }
-    void put_to_target(const Bytes& bytes) const {
-        if (write(in_, bytes.data(), bytes.size()) != static_cast<ssize_t>(bytes.size()))
-            throw std::runtime_error("the pipe is full");
-    }
+    void put_to_target(const Bytes& bytes) const { put_to(in_, bytes); }
     /// No more bytes: who reads comes to the end.
     void end() {
         for (int* fd : {&in_, &out_}) {
@@ -60,13 +78,6 @@ public:
     }
 
 private:
-    static Bytes take_from(int fd) {
-        Bytes bytes(65536);
-        const ssize_t got = read(fd, bytes.data(), bytes.size());
-        bytes.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
-        return bytes;
-    }
-
     WorkFolder folder_;
     int in_ = -1, out_ = -1;
 };
@@ -84,17 +95,8 @@ public:
 
     const std::string& name() const { return name_; }
     int target() const { return target_; }
-    Bytes take() const {
-        Bytes bytes(4096);
-        pollfd from{target_, POLLIN, 0};
-        const ssize_t got = poll(&from, 1, 0) > 0 ? read(target_, bytes.data(), bytes.size()) : 0;
-        bytes.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
-        return bytes;
-    }
-    void put(const Bytes& bytes) const {
-        if (write(target_, bytes.data(), bytes.size()) != static_cast<ssize_t>(bytes.size()))
-            throw std::runtime_error("the pty is full");
-    }
+    Bytes take() const { return take_from(target_); }
+    void put(const Bytes& bytes) const { put_to(target_, bytes); }
     /// As if the cable were pulled out.
     void vanish() {
         if (target_ >= 0) close(target_);

@@ -10,6 +10,7 @@
 #include "host/base/error.hpp"
 #include "tests/finger.hpp"
 #include "tests/loop/helpers.hpp"
+#include "tests/moving_body.hpp"
 
 namespace haptable::test {
 namespace {
@@ -20,12 +21,14 @@ constexpr const char* kHeader =
 
 class ReplayTest : public testing::Test {
 protected:
-    ServoReport run(const std::string& path, const std::string& out = "out.csv") {
+    ServoReport run(const std::string& path) {
         write_file(folder / "in.csv", path);
-        return replay(box.scene(), folder / "in.csv", folder / out, true);
+        return replay(scene, folder / "in.csv", folder / "out.csv", true);
     }
+    std::vector<Row> rows() const { return read_rows(folder / "out.csv"); }
 
     SoftBox box;
+    ServoScene scene = box.scene();
     WorkFolder folder;
 };
 
@@ -50,25 +53,22 @@ bool same_floats(const Eigen::Vector3d& read, const float given[3]) {
 // Every number of the CSV reads back as the very float of the servo.
 TEST_F(ReplayTest, WritesWhatTheServoGives) {
     const ServoReport report = run(stroke());
-    const auto rows = read_rows(folder / "out.csv"), in = read_rows(folder / "in.csv");
+    const auto written = rows(), in = read_rows(folder / "in.csv");
     EXPECT_EQ(lines_of(read_file(folder / "out.csv"))[0], kHeader);
-    ASSERT_EQ(rows.size(), 300U);
-    haptable_servo servo;
-    haptable_servo_init(&servo);
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-        const std::array<float, 3> finger = to_finger(xyz_of(in[i]).data());
-        haptable_output out;
-        haptable_servo_step(box.scene().model, &servo, finger.data(), static_cast<std::uint32_t>(i * 1000), &out);
-        const Row& row = rows[i];
+    ASSERT_EQ(written.size(), 300U);
+    Finger servo(*scene.model);
+    for (std::size_t i = 0; i < written.size(); ++i) {
+        const haptable_output& out = servo.to(xyz_of(in[i]));
+        const Row& row = written[i];
         ASSERT_EQ(row.size(), 20U);
         EXPECT_EQ(row.at("tick"), static_cast<double>(i));
         EXPECT_EQ(row.at("contact"), out.state == HAPTABLE_CONTACT ? 1.0 : 0.0);
-        for (const auto& [name, floats] : {std::pair<const char*, const float*>{"", finger.data()},
+        for (const auto& [name, floats] : {std::pair<const char*, const float*>{"", servo.at_m()},
                                            {"god_", out.god_object_m},
                                            {"force_", out.force_n}})
             EXPECT_TRUE(same_floats(xyz_of(row, name), floats)) << name;
         EXPECT_TRUE(same_floats({row.at("alpha_i"), row.at("alpha_j"), row.at("alpha_k")}, out.alpha));
-        for (std::size_t c = 0; c < 3; ++c) EXPECT_EQ(row.at(kNode[c]), mesh_node(box.scene(), out, c));
+        for (std::size_t c = 0; c < 3; ++c) EXPECT_EQ(row.at(kNode[c]), mesh_node(scene, out, c));
     }
     EXPECT_EQ(report.counters.ticks, 300U);
     EXPECT_GT(report.counters.contact_ticks, 150U);
@@ -79,7 +79,7 @@ TEST_F(ReplayTest, WritesWhatTheServoGives) {
 // The nodes are mesh nodes: the god-object is where they and the area coordinates say.
 TEST_F(ReplayTest, NamesTheNodesOfTheMesh) {
     run(stroke());
-    for (const auto& row : read_rows(folder / "out.csv")) {
+    for (const auto& row : rows()) {
         const Eigen::Vector3d alpha(row.at("alpha_i"), row.at("alpha_j"), row.at("alpha_k"));
         if (row.at("contact") == 0.0) {
             for (const char* node : kNode) EXPECT_EQ(row.at(node), -1.0);
@@ -98,15 +98,9 @@ TEST_F(ReplayTest, NamesTheNodesOfTheMesh) {
 
 TEST_F(ReplayTest, RecordsTheButtons) {
     run("x,y,z,buttons\n0,0,0.031,0\n0,0,0.031,2\n0,0,0.031,6\n");
-    const auto rows = read_rows(folder / "out.csv");
-    ASSERT_EQ(rows.size(), 3U);
-    for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(rows[i].at("buttons"), (std::array{0.0, 2.0, 6.0})[i]);
-}
-
-TEST_F(ReplayTest, MakesTheSameBytesTwice) {
-    run(stroke(), "one.csv");
-    run(stroke(), "two.csv");
-    EXPECT_EQ(read_file(folder / "one.csv"), read_file(folder / "two.csv"));
+    const auto written = rows();
+    ASSERT_EQ(written.size(), 3U);
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(written[i].at("buttons"), (std::array{0.0, 2.0, 6.0})[i]);
 }
 
 // What is not a position reaches the servo, which answers with nothing and goes on.
@@ -125,12 +119,43 @@ TEST_F(ReplayTest, RejectsBadPositionsAndGoesOn) {
 TEST_F(ReplayTest, WritesNothingForABadPath) {
     EXPECT_THROW(run("x,y,z\n0,0,0\n0,0\n"), Error);
     EXPECT_EQ(folder.file_count(), 1U);  // in.csv
-    EXPECT_THROW(replay(box.scene(), folder / "in.csv", folder / "no" / "out.csv", true), Error);
+    EXPECT_THROW(replay(scene, folder / "in.csv", folder / "no" / "out.csv", true), Error);
 }
 
 TEST_F(ReplayTest, TakesAnEmptyPath) {
     EXPECT_EQ(run("x,y,z\n").counters.ticks, 0U);
     EXPECT_EQ(read_file(folder / "out.csv"), fmt::format("{}\n", kHeader));
+}
+
+// ---- a body that nothing holds -------------------------------------------------------------------------------------
+
+TEST_F(ReplayTest, HasThePoseOfABodyThatFalls) {
+    haptable_body body = cube_body();
+    add_gravity(body);
+    scene.body = &body;
+    std::string path = "x,y,z\n";
+    for (int tick = 0; tick < 200; ++tick) path += "0.015,0.015,0.1\n";
+    run(path);
+    EXPECT_EQ(lines_of(read_file(folder / "out.csv"))[0],
+              fmt::format("{},body_x,body_y,body_z,turn_w,turn_x,turn_y,turn_z", kHeader));
+    const auto written = rows();
+    ASSERT_EQ(written.size(), 200U);
+    for (std::size_t k = 0; k < written.size(); ++k) {
+        const double t = 0.001 * double(k), fallen = 0.5 * 9.81 * t * t;
+        EXPECT_NEAR(written[k].at("body_z"), 0.015 - fallen, 1e-4 * fallen + 1e-8);
+        EXPECT_EQ(written[k].at("turn_w"), 1.0);
+    }
+}
+
+// A finger that comes down on it where it was meets nothing; where it is, its surface.
+TEST_F(ReplayTest, TheFingerMeetsABodyWhereItIs) {
+    const haptable_body body = cube_body();
+    scene.body = &body;
+    std::string path = "x,y,z\n";
+    for (int tick = 0; tick < 400; ++tick) path += fmt::format("0.0131,0.0112,{}\n", 0.031 - 2e-5 * tick);
+    EXPECT_GT(run(path).largest_force_n, 0.0);
+    // Where it was the finger would be 7 mm deep; the body has gone on before it.
+    EXPECT_LT(rows().back().at("body_z"), 0.015 - 0.004);
 }
 
 }  // namespace
