@@ -65,6 +65,7 @@ public:
     double energy() const { return touches() ? -0.5 * force().dot(at() - god()) : 0.0; }
     const haptable_output& out() const { return out_; }
     const haptable_servo& servo() const { return servo_; }
+    haptable_servo& servo() { return servo_; }
     const haptable_relaxed& relaxed() const { return room_.relaxed[0]; }
     const haptable_counters& counters() const { return servo_.counters; }
 

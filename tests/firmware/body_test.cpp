@@ -2,10 +2,13 @@
 // A body that is not held, against closed forms of its motion, and its energy.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "tests/bodies.hpp"
 #include "tests/moving_body.hpp"
+#include "tests/scene_session.hpp"
 
 namespace haptable::test {
 namespace {
@@ -25,9 +28,8 @@ protected:
         for (int i = 0; i < ticks; ++i) haptable_body_move(&body, &state);
     }
     void push(const Vector3d& at, const Vector3d& force) {
-        const float at_m[3] = {float(at.x()), float(at.y()), float(at.z())};
-        const float force_n[3] = {float(force.x()), float(force.y()), float(force.z())};
-        haptable_body_kick(&body, &state, at_m, force_n);
+        const Eigen::Vector3f at_m = at.cast<float>(), force_n = force.cast<float>();
+        haptable_body_kick(&body, &state, at_m.data(), force_n.data());
         move();
     }
     /// Body axes.
@@ -215,6 +217,40 @@ TEST_F(BodyTest, TheFloorDoesNotPull) {
         begin();
         move(1000);
     }
+}
+
+// What was refused, or is no number, leaves the body as if nobody touched it.
+TEST_F(BodyTest, ARefusedFingerPushesNothing) {
+    add_gravity(body);
+    add_floor(body, 0.0, 0.5);
+    begin();
+    const haptable_model cube = coupled_cube(ForceLaw::kConsistent).model(GodObject::kLeastEnergy);
+    SceneSession session(cube, nullptr, &body, nullptr);
+    for (int tick = 0; tick < 100; ++tick) {
+        session.step(Vector3d(tick % 2 == 0 ? NAN : 1e30, 0.0, 0.0));
+        move();
+        EXPECT_EQ(session.force().norm(), 0.0);
+    }
+    EXPECT_EQ(position_of(*session.state.body()), position_of(state));
+    EXPECT_EQ(to_vector(session.state.body()->velocity_m_per_s), to_vector(state.velocity_m_per_s));
+}
+
+// A finger that presses the hanging cube moves it, and what it feels is what the suspension gives: action and reaction.
+TEST_F(BodyTest, AFingerMovesItUntilItsSuspensionHolds) {
+    for (int c = 0; c < 3; ++c) {
+        body.stiffness_n_per_m[c] = 3.0F;
+        body.turn_stiffness_n_m[c] = 1e-3F;
+        body.damping_n_s_per_m[c] = 0.5F;
+        body.turn_damping_n_m_s[c] = 1e-4F;
+    }
+    const haptable_model cube = coupled_cube(ForceLaw::kConsistent).model(GodObject::kLeastEnergy);
+    SceneSession session(cube, nullptr, &body, nullptr);
+    for (int tick = 0; tick < 4000; ++tick)
+        session.step(Vector3d(0.015, 0.015, 0.03 + std::max(-0.008, 0.002 - 5e-6 * tick)));
+    ASSERT_TRUE(session.touches());
+    const double sunk = double(body.centre_m[2]) - position_of(*session.state.body()).z();
+    EXPECT_GT(sunk, 0.004);
+    EXPECT_NEAR(session.force().z(), double(body.stiffness_n_per_m[2]) * sunk, 1e-4 * session.force().z());
 }
 
 // On a slope of 20 degrees, tan = 0.364.

@@ -2,7 +2,6 @@
 // The check of the tables (docs/SAFETY.md): every table of every part of a scene.
 #include <gtest/gtest.h>
 
-#include <cstring>
 #include <functional>
 #include <random>
 

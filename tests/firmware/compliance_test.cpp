@@ -73,33 +73,42 @@ Scene cube_of(Element element, int nodes_per_side, double poisson, bool top_only
     return scene;
 }
 
-TEST(ConsistentForce, TheLoadedContactPointMeetsTheFinger) {
-    for (const auto& [element, poisson] : {std::pair{Element::kLinear, 0.3},
-                                           {Element::kLinear, 0.49},
-                                           {Element::kAverageNodalPressure, 0.49},
-                                           {Element::kQuadratic, 0.49}}) {
+TEST(Compliance, TheLoadedContactPointMeetsTheFinger) {
+    struct Row {
+        Element element;
+        double poisson;
+        double mask_radius_m;  ///< 0: the consistent force
+    };
+    constexpr Row kRows[] = {
+        {Element::kLinear, 0.3, 0.0},
+        {Element::kLinear, 0.49, 0.0},
+        {Element::kAverageNodalPressure, 0.49, 0.0},
+        {Element::kQuadratic, 0.49, 0.0},
+        {Element::kLinear, 0.3, 0.004},
+        {Element::kLinear, 0.3, 0.012},
+        {Element::kAverageNodalPressure, 0.3, 0.004},
+        {Element::kAverageNodalPressure, 0.3, 0.012},
+        {Element::kQuadratic, 0.3, 0.004},
+        {Element::kQuadratic, 0.3, 0.012},
+    };
+    for (const auto& [element, poisson, mask_radius_m] : kRows) {
+        SCOPED_TRACE(testing::Message() << element << " " << poisson << " " << mask_radius_m);
+        const bool is_mask = mask_radius_m > 0.0;
         const ElasticBody body(cube_of(element, element == Element::kQuadratic ? 4 : 5, poisson),
-                               ForceLaw::kConsistent);
+                               is_mask ? ForceLaw::kPressureMask : ForceLaw::kConsistent, mask_radius_m);
         int lifted = 0;
-        EXPECT_WITHIN(worst_gap(body, 10000, &lifted), solved()) << body.name();
-        EXPECT_GT(lifted, 100) << "the held bottom";
+        EXPECT_WITHIN(worst_gap(body, 10000, &lifted), solved());
+        if (!is_mask) {
+            EXPECT_GT(lifted, 100) << "the held bottom";
+        }
     }
-}
-
-TEST(ConsistentForce, TheLoadedContactPointMeetsTheFingerOnTheMouse) {
-    const ElasticBody body(mouse_scene(true), ForceLaw::kConsistent);
     int lifted = 0;
-    EXPECT_WITHIN(worst_gap(body, 10000, &lifted), solved());
+    EXPECT_WITHIN(worst_gap({mouse_scene(true), ForceLaw::kConsistent}, 10000, &lifted), solved());
+    // The paper's force leaves it about half way to the finger (theory: DESIGN).
+    EXPECT_GT(worst_gap({cube_scene(5, 0.3), ForceLaw::kInterpolated}, 1000, &lifted), 0.3);
 }
 
-// The paper's force leaves the contact point about half way to the finger (theory: DESIGN).
-TEST(ConsistentForce, ThePapersForceDoesNot) {
-    const ElasticBody body(cube_scene(5, 0.3), ForceLaw::kInterpolated);
-    int lifted = 0;
-    EXPECT_GT(worst_gap(body, 1000, &lifted), 0.3);
-}
-
-TEST(ConsistentForce, APatchOfThreeFixedNodesHasTheRigidStiffness) {
+TEST(Compliance, APatchOfThreeFixedNodesHasTheRigidStiffness) {
     for (const ForceLaw force : {ForceLaw::kConsistent, ForceLaw::kPressureMask}) {
         const ElasticBody body(cube_scene(5, 0.3), force, force == ForceLaw::kConsistent ? 0.0 : 0.003);
         const haptable_model model = body.model();
@@ -140,16 +149,6 @@ TEST(Compliance, TheForceIsTheSameFromBothPatchesOfAnEdge) {
             }
         EXPECT_EQ(checked, 3 * body.patches());
     }
-}
-
-TEST(PressureMask, TheForceIsThatOfAllNodesUnderTheMask) {
-    for (Element element : {Element::kLinear, Element::kAverageNodalPressure, Element::kQuadratic})
-        for (double radius : {0.004, 0.012}) {
-            const int nodes = element == Element::kQuadratic ? 4 : 5;
-            const ElasticBody body(cube_of(element, nodes, 0.3), ForceLaw::kPressureMask, radius);
-            int lifted = 0;
-            EXPECT_WITHIN(worst_gap(body, 3000, &lifted), solved()) << element << ' ' << radius;
-        }
 }
 
 TEST(PressureMask, ItsWeightsSumToOneAndFollowTheGodObjectContinuously) {
@@ -221,22 +220,22 @@ double relative_error(Element element, double poisson, int nodes_per_side) {
     return HUGE_VAL;
 }
 
-TEST(Elements, AverageNodalPressureFeelsTheBodyItself) {
-    const auto error = [](double poisson, int nodes) {
-        return std::abs(relative_error(Element::kAverageNodalPressure, poisson, nodes));
+TEST(Elements, FeelTheBodyItselfWhereLinearTetrahedraLock) {
+    struct Row {
+        Element element;
+        double poisson;
+        int nodes;  ///< 9: corners 3.75 mm apart under a pad of 5 mm
+        double error;
     };
-    EXPECT_LT(error(0.3, 13), 0.02);
-    EXPECT_LT(error(0.49, 13), 0.03);
-    EXPECT_LT(error(0.4999, 13), 0.08);
-    EXPECT_GT(relative_error(Element::kLinear, 0.49, 13), 0.15) << "linear tetrahedra lock";
+    for (const auto& [element, poisson, nodes, error] : {Row{Element::kAverageNodalPressure, 0.3, 13, 0.02},
+                                                         {Element::kAverageNodalPressure, 0.49, 13, 0.03},
+                                                         {Element::kAverageNodalPressure, 0.4999, 13, 0.08},
+                                                         {Element::kQuadratic, 0.3, 9, 0.02},
+                                                         {Element::kQuadratic, 0.49, 9, 0.02},
+                                                         {Element::kQuadratic, 0.4999, 9, 0.03}})
+        EXPECT_LT(std::abs(relative_error(element, poisson, nodes)), error) << element << " " << poisson;
+    EXPECT_GT(relative_error(Element::kLinear, 0.49, 13), 0.15);
     EXPECT_GT(relative_error(Element::kLinear, 0.4999, 13), 0.5);
-}
-
-// Corners 3.75 mm apart under a pad of 5 mm.
-TEST(Elements, QuadraticTetrahedraFeelTheBodyItselfOnACoarseMesh) {
-    EXPECT_LT(std::abs(relative_error(Element::kQuadratic, 0.49, 9)), 0.02);
-    EXPECT_LT(std::abs(relative_error(Element::kQuadratic, 0.4999, 9)), 0.03);
-    EXPECT_LT(std::abs(relative_error(Element::kQuadratic, 0.3, 9)), 0.02);
 }
 
 // The pressure under a mask of 5 mm is summed over nodes 2.5 mm apart and nearer: of second order.
@@ -246,10 +245,7 @@ TEST(PressureMask, ItsStiffnessIsTheObjectsAndNotTheMeshs) {
     std::vector<double> mean;
     for (int nodes : {13, 17, 21})
         mean.push_back(mean_stiffness({cube_scene(nodes, 0.3, true), ForceLaw::kPressureMask, 0.005}));
-    for (double k : mean) {
-        EXPECT_WITHIN(std::abs(k / mean.back() - 1.0), kMeshUnderMask);
-        RecordProperty("n_per_m", std::to_string(k));
-    }
+    for (double k : mean) EXPECT_WITHIN(std::abs(k / mean.back() - 1.0), kMeshUnderMask);
     const double coarse = mean_stiffness({cube_scene(13, 0.3, true), ForceLaw::kInterpolated});
     const double fine = mean_stiffness({cube_scene(21, 0.3, true), ForceLaw::kInterpolated});
     EXPECT_GT(coarse / fine, 0.85 * 20.0 / 12.0) << "the paper's force goes with the mesh's cells";
@@ -264,10 +260,8 @@ TEST(PressureMask, SlidingOverTheMeshIsSmooth) {
     // On a third of the corners, their faces in four.
     const ElasticBody quadratic(cube_of(Element::kQuadratic, 9, 0.3, true), ForceLaw::kPressureMask, 0.005);
     EXPECT_LT(ripple(quadratic), r);
-    printf("ripple: mask on quadratic tetrahedra %.4f\n", ripple(quadratic));
     EXPECT_GT(ripple(interpolated), 5.0 * r);
     EXPECT_GT(ripple(consistent), 5.0 * r);
-    printf("ripple: mask %.4f, interpolated %.4f, consistent %.4f\n", r, ripple(interpolated), ripple(consistent));
 }
 
 }  // namespace

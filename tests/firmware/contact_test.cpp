@@ -2,13 +2,16 @@
 // The god-object, through the public header, against all-patches searches in double.
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <random>
+#include <utility>
 
 #include "firmware/haptable_bounds.h"
 #include "tests/finger.hpp"
+#include "tests/firmware/ways.hpp"
 #include "tests/shapes.hpp"
 #include "tests/tolerance.hpp"
 
@@ -17,44 +20,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-std::vector<Shape> convex_shapes() {
-    return {box_shape(4, Vector3d(0.03, 0.03, 0.03)), sphere_shape(3, 0.05), box_shape(3, Vector3d(0.1, 0.02, 0.005))};
-}
+Shape cube() { return box_shape(4, Vector3d(0.03, 0.03, 0.03)); }
 
 std::vector<Shape> all_shapes() {
-    auto shapes = convex_shapes();
-    shapes.push_back(l_shape(6, 0.06));
-    shapes.push_back(torus_shape(40, 16, 0.05, 0.02));
-    return shapes;
+    return {cube(), sphere_shape(3, 0.05), box_shape(3, Vector3d(0.1, 0.02, 0.005)), l_shape(6, 0.06),
+            torus_shape(40, 16, 0.05, 0.02)};
 }
-
-/// A smooth random way around and through the body, `step_m` a tick.
-class Wander {
-public:
-    Wander(const TestModel& model, double step_m, unsigned seed) : step_m_(step_m), random_(seed) {
-        for (const auto& x : model.servo().vertex_m) {
-            const Vector3d p = to_vector(x.data());
-            low_ = low_.cwiseMin(p);
-            high_ = high_.cwiseMax(p);
-        }
-        margin_ = 0.25 * (high_ - low_).maxCoeff();
-        x_ = high_ + Vector3d::Constant(margin_);
-        aim_ = x_;
-    }
-    Vector3d next() {
-        if ((aim_ - x_).norm() < step_m_) {
-            std::uniform_real_distribution<double> u(0.0, 1.0);
-            for (int i = 0; i < 3; ++i) aim_[i] = low_[i] - margin_ + u(random_) * (high_[i] - low_[i] + 2 * margin_);
-        }
-        x_ += step_m_ * (aim_ - x_).normalized();
-        return x_;
-    }
-
-private:
-    double step_m_, margin_ = 0.0;
-    std::mt19937 random_;
-    Vector3d low_ = Vector3d::Constant(1e9), high_ = Vector3d::Constant(-1e9), x_, aim_;
-};
 
 void expect_valid(const TestModel& model, const haptable_output& out) {
     if (out.state != HAPTABLE_CONTACT) return;
@@ -69,16 +40,6 @@ void expect_valid(const TestModel& model, const haptable_output& out) {
     }
     ASSERT_WITHIN(std::abs(sum - 1.0), .count = 16, .epsilon = kFloat);
     ASSERT_WITHIN((on_patch - to_vector(out.god_object_m)).norm(), rounded(model));
-}
-
-TEST(Contact, AlphaIsInItsBoundsAndTheGodObjectOnItsPatch) {
-    for (const Shape& shape : all_shapes()) {
-        const TestModel model(shape);
-        Finger finger(model);
-        Wander wander(model, 0.01 * model.size(), 7);
-        for (int tick = 0; tick < 20000; ++tick) expect_valid(model, finger.to(wander.next()));
-        EXPECT_GT(finger.counters().contact_ticks, 1000U) << shape.name;
-    }
 }
 
 /// The nearest point to x of all patches that hold the god-object: those with every vertex that it lies on.
@@ -97,58 +58,23 @@ Vector3d nearest_around(const TestModel& model, const haptable_output& out, cons
     return best;
 }
 
-// A finger that grazes a surface without a step in its normal larger than the way in: the god-object is the nearest
-// point of the whole surface.
-TEST(Contact, UnderAFlatFaceTheGodObjectIsTheNearestPoint) {
-    const TestModel model(box_shape(4, Vector3d(0.1, 0.1, 0.02)));
-    Finger finger(model);
-    std::mt19937 random(3);
-    std::uniform_real_distribution<double> over(0.02, 0.08), deep(0.0, 0.009);
-    finger.to({0.05, 0.05, 0.03});
-    for (int tick = 0; tick < 5000; ++tick) {
-        const Vector3d x(over(random), over(random), 0.02 - deep(random));
-        finger.to(x);
-        ASSERT_TRUE(finger.touches());
-        ASSERT_WITHIN((finger.god() - model.nearest(x)).norm(), rested(model)) << "tick " << tick;
-    }
-}
-
 // Where the god-object rests, on a face, an edge or a vertex, no patch that it lies on leads nearer to the finger.
-TEST(Contact, TheGodObjectRestsAtALocalMinimumOfTheDistance) {
+TEST(Contact, TheGodObjectIsOnItsPatchAtALocalMinimumOfTheDistance) {
     for (const Shape& shape : all_shapes()) {
         const TestModel model(shape);
         Finger finger(model);
         Wander wander(model, 0.01 * model.size(), 23);
-        for (int tick = 0; tick < 6000; ++tick) {
+        std::uint32_t limits = 0;
+        for (int tick = 0; tick < 20000; ++tick) {
             const Vector3d x = wander.next();
-            finger.to(x);
-            if (!finger.touches()) continue;
+            expect_valid(model, finger.to(x));
+            const bool goes_on = std::exchange(limits, finger.counters().walk_limits) != limits;
+            if (!finger.touches() || goes_on) continue;
             const Vector3d nearest = nearest_around(model, finger.out(), x);
             ASSERT_WITHIN((finger.god() - nearest).norm(), rested(model)) << shape.name << " tick " << tick;
         }
-        EXPECT_EQ(finger.counters().walk_limits, 0U);
-    }
-}
-
-// Contact while and only while the finger is inside: random slow strokes from outside, no tick may miss.
-TEST(Contact, InsideMeansContactOnConvexShapes) {
-    for (const Shape& shape : convex_shapes()) {
-        const TestModel model(shape);
-        Finger finger(model);
-        Wander wander(model, 0.003 * model.size(), 11);
-        bool was_deep = false;
-        for (int tick = 0; tick < 5000; ++tick) {
-            const Vector3d x = wander.next();
-            finger.to(x);
-            const double gap = (x - model.nearest(x)).norm();
-            if (gap < 1e-5 * model.size()) continue;
-            const bool inside = model.signed_solid_angle(x) > 2 * std::numbers::pi;
-            if (inside) {
-                ASSERT_TRUE(finger.touches()) << shape.name << " tick " << tick << " depth " << gap;
-            }
-            was_deep |= inside;
-        }
-        EXPECT_TRUE(was_deep);
+        EXPECT_LE(limits, shape.name == "torus" ? 5U : 0U) << shape.name << ": but through a hole";
+        EXPECT_GT(finger.counters().contact_ticks, 1000U) << shape.name;
     }
 }
 
@@ -179,63 +105,83 @@ TEST(Contact, OneTickThroughTheWholeBodyBeginsAContact) {
     }
 }
 
-// A thin sheet holds a finger that has passed through all of it in one tick (5 mm at 5 m/s).
-TEST(Contact, AThinSheetHoldsAFastFinger) {
-    const TestModel model(box_shape(8, Vector3d(0.1, 0.1, 0.001)));
-    std::mt19937 random(9);
-    std::uniform_real_distribution<double> over(0.01, 0.09), lateral(-0.003, 0.003);
-    for (int stroke = 0; stroke < 2000; ++stroke) {
+/// Two boxes of 30 mm, 4 mm apart along x.
+Shape two_boxes() {
+    Shape both = cube();
+    const auto first = static_cast<std::int32_t>(both.point.size());
+    for (const Vector3d& x : cube().point) both.point.emplace_back(x + Vector3d(0.034, 0.0, 0.0));
+    for (const auto& p : cube().patch) both.patch.push_back({p[0] + first, p[1] + first, p[2] + first});
+    return both;
+}
+
+/// The top of a box of 40 mm, which has a border.
+Shape top_of_a_box() {
+    Shape shape = box_shape(4, Vector3d(0.04, 0.04, 0.04));
+    std::erase_if(shape.patch, [&](const auto& patch) {
+        return std::any_of(patch.begin(), patch.end(),
+                           [&](std::int32_t node) { return shape.point[std::size_t(node)].z() < 0.039; });
+    });
+    return shape;
+}
+
+struct Leg {
+    Vector3d to;
+    int ticks = 1;
+};
+
+/// Where a way leaves the god-object; none: it ends without contact, and without a force.
+struct Way {
+    const char* name;
+    Shape shape;
+    std::vector<Leg> legs;
+    std::optional<Vector3d> god;
+};
+
+TEST(Contact, BeginsWhereASurfaceIsCrossedAndEndsWhereTheFingerLeavesIt) {
+    const Shape step = l_shape(6, 0.06);  // solid for x < 0.03 or z < 0.03
+    const Leg above{{0.011, 0.017, 0.040}}, below{{0.011, 0.017, -0.020}};
+    const Leg over_step{{0.045, 0.031, 0.035}}, in_step{{0.045, 0.031, 0.025}};
+    const Leg inside{{0.015, 0.015, 0.015}}, still_inside{{0.015, 0.015, 0.020}};
+    const Leg over_top{{0.02, 0.02, 0.05}}, in_top{{0.02, 0.02, 0.035}}, beyond_top{{0.06, 0.02, 0.035}, 100};
+    const Way ways[] = {
+        {"through a cube", cube(), {above, below}, Vector3d(0.011, 0.017, 0.030)},
+        {"and back", cube(), {above, below, {{0.011, 0.017, 0.0301}}}, {}},
+        {"into a concave crease",
+         step,
+         {over_step, in_step, {{0.015, 0.031, 0.025}, 100}},
+         Vector3d(0.03, 0.031, 0.03)},
+        {"over a convex edge", step, {over_step, in_step, {{0.065, 0.031, 0.025}, 100}}, {}},
+        {"from inside", cube(), {inside, still_inside}, {}},
+        {"from inside and in again",
+         cube(),
+         {inside, still_inside, {{0.015, 0.015, 0.040}}, {{0.015, 0.015, 0.029}}},
+         Vector3d(0.015, 0.015, 0.030)},
+        {"out of one part into another in one tick",
+         two_boxes(),
+         {{{0.032, 0.016, 0.014}}, {{0.029, 0.016, 0.014}}, {{0.036, 0.016, 0.014}}},
+         Vector3d(0.034, 0.016, 0.014)},
+        {"to a border", top_of_a_box(), {over_top, in_top, beyond_top}, Vector3d(0.04, 0.02, 0.04)},
+        {"over a border", top_of_a_box(), {over_top, in_top, beyond_top, {{0.05, 0.02, 0.041}}}, {}},
+    };
+    for (const Way& way : ways) {
+        SCOPED_TRACE(way.name);
+        const TestModel model(way.shape);
         Finger finger(model);
-        const Vector3d above(over(random), over(random), 0.003);
-        finger.to(above);
-        const Vector3d below = above + Vector3d(lateral(random), lateral(random), -0.004);
-        finger.to(below);
-        ASSERT_TRUE(finger.touches());
-        ASSERT_WITHIN((finger.god() - Vector3d(below.x(), below.y(), 0.001)).norm(), rounded(model));
+        Vector3d from = way.legs[0].to;
+        for (const Leg& leg : way.legs) {
+            walk({from, leg.to}, leg.ticks, [&](const Vector3d& x) { finger.to(x); });
+            from = leg.to;
+        }
+        EXPECT_EQ(finger.touches(), way.god.has_value());
+        if (way.god)
+            EXPECT_WITHIN((finger.god() - *way.god).norm(), rounded(model));
+        else
+            EXPECT_EQ(finger.force().norm(), 0.0);
     }
 }
 
-TEST(Contact, APressThroughAFaceBeginsAtTheCrossing) {
-    const TestModel model(box_shape(4, Vector3d(0.03, 0.03, 0.03)));
-    Finger finger(model);
-    finger.to({0.011, 0.017, 0.040});
-    EXPECT_FALSE(finger.touches());
-    finger.to({0.011, 0.017, -0.020});  // through the cube and out below
-    ASSERT_TRUE(finger.touches());
-    EXPECT_WITHIN((finger.god() - Vector3d(0.011, 0.017, 0.030)).norm(), rounded(model));
-    finger.to({0.011, 0.017, 0.0301});
-    EXPECT_FALSE(finger.touches());
-    EXPECT_EQ(finger.force().norm(), 0.0);
-}
-
-TEST(Contact, LetsGoOverAConvexEdgeAndHoldsInAConcaveCrease) {
-    const TestModel model(l_shape(6, 0.06));  // solid for x < 0.03 or z < 0.03
-    Finger finger(model);
-    finger.to({0.045, 0.031, 0.035});
-    finger.to({0.045, 0.031, 0.025});
-    ASSERT_TRUE(finger.touches());
-    // Towards the wall x = 0.03 and under it: the god-object stops in the crease (x, z) = (0.03, 0.03).
-    for (int tick = 0; tick <= 100; ++tick) finger.to({0.045 - 0.0003 * tick, 0.031, 0.025});
-    ASSERT_TRUE(finger.touches());
-    EXPECT_WITHIN((finger.god() - Vector3d(0.03, 0.031, 0.03)).norm(), rounded(model));
-    // Out over the convex edge x = 0.06 of the lower step: the finger leaves the body through its side.
-    for (int tick = 0; tick <= 100; ++tick) finger.to({0.015 + 0.0005 * tick, 0.031, 0.025});
-    EXPECT_FALSE(finger.touches());
-}
-
-TEST(Contact, AFingerThatStartsInsideIsNotThrownOut) {
-    const TestModel model(box_shape(4, Vector3d(0.03, 0.03, 0.03)));
-    Finger finger(model);
-    finger.to({0.015, 0.015, 0.015});
-    finger.to({0.015, 0.015, 0.020});
-    EXPECT_FALSE(finger.touches());
-    finger.to({0.015, 0.015, 0.040});
-    finger.to({0.015, 0.015, 0.029});
-    EXPECT_TRUE(finger.touches());
-}
-
 TEST(Contact, NoForceWithoutContactAndOutputsSayNone) {
-    const TestModel model(box_shape(2, Vector3d(0.03, 0.03, 0.03)));
+    const TestModel model(cube());
     Finger finger(model);
     const haptable_output& out = finger.to({0.1, 0.1, 0.1});
     EXPECT_EQ(out.state, HAPTABLE_FREE);
@@ -246,29 +192,6 @@ TEST(Contact, NoForceWithoutContactAndOutputsSayNone) {
         EXPECT_EQ(out.alpha[c], 0.0F);
     }
     EXPECT_EQ(finger.force().norm(), 0.0);
-}
-
-/// Two boxes of 30 mm, 4 mm apart along x.
-Shape two_boxes() {
-    Shape both = box_shape(4, Vector3d(0.03, 0.03, 0.03));
-    const Shape other = box_shape(4, Vector3d(0.03, 0.03, 0.03));
-    const auto first = static_cast<std::int32_t>(both.point.size());
-    for (const Vector3d& x : other.point) both.point.emplace_back(x + Vector3d(0.034, 0.0, 0.0));
-    for (const auto& p : other.patch) both.patch.push_back({p[0] + first, p[1] + first, p[2] + first});
-    return both;
-}
-
-// Leaving one part of a body, the finger may enter another in the same tick.
-TEST(Contact, LeavingOnePartIntoAnotherInOneTick) {
-    const TestModel model(two_boxes());
-    Finger finger(model);
-    finger.to({0.032, 0.016, 0.014});
-    finger.to({0.029, 0.016, 0.014});
-    ASSERT_TRUE(finger.touches());
-    finger.to({0.036, 0.016, 0.014});  // out of the first, into the second
-    ASSERT_TRUE(finger.touches());
-    EXPECT_WITHIN((finger.god() - Vector3d(0.034, 0.016, 0.014)).norm(), rounded(model));
-    EXPECT_EQ(finger.counters().contacts, 2U);
 }
 
 // Through a hole of 60 mm in one tick: the slide meets its limit, which is counted, the contact holds, and after one
@@ -297,26 +220,6 @@ TEST(Contact, StepsOfATickStayWithinTheirBound) {
         EXPECT_LE(finger.counters().most_boxes, model.get()->box_count);
         EXPECT_GT(finger.counters().contacts, 10U);
     }
-}
-
-// A touch region has a border: the god-object stops there.
-TEST(Contact, TheGodObjectStopsAtTheBorderOfTheTouchRegion) {
-    Shape shape = box_shape(4, Vector3d(0.04, 0.04, 0.04));
-    std::erase_if(shape.patch, [&](const auto& patch) {
-        return std::any_of(patch.begin(), patch.end(),
-                           [&](std::int32_t node) { return shape.point[std::size_t(node)].z() < 0.039; });
-    });
-    ASSERT_EQ(shape.patch.size(), 32U);  // the top
-    std::vector<Vector3d> used;
-    Shape top{"top", shape.point, shape.patch};
-    const TestModel model(top);
-    Finger finger(model);
-    finger.to({0.02, 0.02, 0.05});
-    for (int tick = 0; tick <= 100; ++tick) finger.to({0.02 + 0.0004 * tick, 0.02, 0.035});
-    ASSERT_TRUE(finger.touches());
-    EXPECT_WITHIN((finger.god() - Vector3d(0.04, 0.02, 0.04)).norm(), rounded(model));
-    finger.to({0.05, 0.02, 0.041});
-    EXPECT_FALSE(finger.touches());
 }
 
 }  // namespace

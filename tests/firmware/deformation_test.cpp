@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 
 #include "codegen/display.hpp"
@@ -32,14 +32,9 @@ protected:
     /// Calls `each` with every tick's output.
     template <typename Each>
     void run(Each each) const {
-        haptable_servo servo;
-        haptable_servo_init(&servo);
-        check_tables(model, servo);
-        for (std::size_t i = 0; i < path_m.size(); ++i) {
-            haptable_output out;
-            haptable_servo_step(&model, &servo, path_m[i].data(), static_cast<std::uint32_t>(i * 1000), &out);
-            each(i, out);
-        }
+        Finger finger(model);
+        check_tables(model, finger.servo());
+        for (const auto& at_m : path_m) each(finger.to(to_vector(at_m.data())));
     }
     /// u_r in double, from the file that the host's viewer reads.
     std::array<double, 3> by_columns(const MappedNpy<float>& columns, std::size_t row,
@@ -70,7 +65,7 @@ TEST_F(Deformation, IsTheProductOfTheHostsColumns) {
         const haptable_deformation deformation = display_in_memory(tables, model.hash, display);
         std::vector<std::array<float, 3>> u(display.node.size());
         double largest_m = 0.0, worst_m = 0.0;
-        run([&](std::size_t, const haptable_output& out) {
+        run([&](const haptable_output& out) {
             haptable_deform(&deformation, &out, reinterpret_cast<float(*)[3]>(u.data()));
             for (std::size_t r = 0; r < u.size(); ++r) {
                 const auto at = std::find(tables.row_id.begin(), tables.row_id.end(), tables.display_rows[r]);
@@ -91,7 +86,7 @@ TEST_F(Deformation, GivesTheBitsOfTheHostOnEveryTarget) {
     const Display display = build_display(folder, tables);
     const haptable_deformation deformation = display_in_memory(tables, model.hash, display);
     std::vector<std::array<float, 3>> want, u(display.node.size());
-    run([&](std::size_t, const haptable_output& out) {
+    run([&](const haptable_output& out) {
         haptable_deform(&deformation, &out, reinterpret_cast<float(*)[3]>(u.data()));
         want.insert(want.end(), u.begin(), u.end());
     });

@@ -2,51 +2,33 @@
 // Three fingers and more on one body: each feels the dents that the others make.
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <optional>
 #include <vector>
 
-#include "codegen/in_memory.hpp"
-#include "codegen/pair.hpp"
-#include "host/session/scene_state.hpp"
 #include "host/target/image.hpp"
-#include "tests/bodies.hpp"
-#include "tests/dense.hpp"
-#include "tests/finger.hpp"
 #include "tests/firmware/on_target.hpp"
+#include "tests/firmware/points.hpp"
+#include "tests/firmware/ways.hpp"
 #include "tests/process.hpp"
 #include "tests/tolerance.hpp"
 
 namespace haptable::test {
 namespace {
 
-using Eigen::MatrixXd;
 using Eigen::Vector3d;
-using Eigen::VectorXd;
 
 /// A body, and as many fingers as a test says, which it moves by hand.
-class Hands {
+class Hands : public TouchingPoints {
 public:
     Hands(const ElasticBody& body, std::size_t count, const TouchOptions& options = {})
-        : out(count),
-          tables_(body.tables(options)),
-          pair_(build_pair(body.pair(), tables_, body.servo())),
-          model_(model_in_memory(tables_, body.servo())),
-          pair_model_(coupled(count)) {
-        begin();
-    }
-    Hands(const Hands&) = delete;
-    Hands& operator=(const Hands&) = delete;
-
-    void begin() {
-        state_.emplace(model_, &pair_model_, nullptr, nullptr);
-        state_->check(HAPTABLE_CHECK_ALL);
+        : TouchingPoints(body, count, options), out(count) {
+        coupling().finger_count = static_cast<std::uint16_t>(count);
+        pair_model_ = pair_in_memory(coupling(), tables(), model());
+        begin(&pair_model_, nullptr);
     }
     /// One tick; a finger of which a number is none is not there.
     void to(const std::vector<Vector3d>& x) {
@@ -57,41 +39,14 @@ public:
         }
         to(in);
     }
-    void to(const std::vector<haptable_input>& in) {
-        state_->step(in.data(), time_us_ += HAPTABLE_TICK_US, out.data());
-    }
+    void to(const std::vector<haptable_input>& in) { state().step(in.data(), time_us += HAPTABLE_TICK_US, out.data()); }
     Vector3d force(std::size_t i) const { return to_vector(out[i].force_n); }
-    const haptable_point& point(std::size_t i) const {
-        return haptable_points_in(state_->scene_points(), state_->memory())[i];
-    }
-    Vector3d dent(std::size_t i) const {
-        return to_vector(state_->servo(i).finger_m) - to_vector(point(i).at.god_object_m);
-    }
-    std::size_t pressing() const {
-        std::size_t n = 0;
-        for (std::size_t i = 0; i < out.size(); ++i) n += point(i).presses;
-        return n;
-    }
-    double energy() const { return double(state_->points().energy_j); }
-    SceneState& state() { return *state_; }
-    const haptable_model& model() const { return model_; }
     const haptable_pair_model& pair() const { return pair_model_; }
-    std::uint32_t& time_us() { return time_us_; }
 
     std::vector<haptable_output> out;
 
 private:
-    haptable_pair_model coupled(std::size_t count) {
-        pair_.finger_count = static_cast<std::uint16_t>(count);
-        return pair_in_memory(pair_, tables_, model_);
-    }
-
-    Tables tables_;
-    ServoPair pair_;
-    haptable_model model_;
-    haptable_pair_model pair_model_;
-    std::optional<SceneState> state_;
-    std::uint32_t time_us_ = 0;
+    haptable_pair_model pair_model_{};
 };
 
 const Vector3d kAway = Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
@@ -113,31 +68,19 @@ void press(Hands& hands, std::size_t count, double depth_m, double turn = 0.0) {
 }
 
 TEST(Hands, LoadsAreThoseOfDirectSolvesOfAllFingersThatPress) {
-    for (const ForceLaw force : {ForceLaw::kConsistent, ForceLaw::kPressureMask})
-        for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy}) {
-            const ElasticBody& body = coupled_cube(force);
+    for (const ForceLaw force : kCompliances)
+        for (const GodObject god_object : every<GodObject>())
             for (std::size_t count = 3; count <= HAPTABLE_HANDS; ++count) {
-                Hands hands(body, count, {.god_object = god_object});
+                Hands hands(coupled_cube(force), count, {.god_object = god_object});
                 press(hands, count, 0.002, 0.1 * double(count));
                 ASSERT_EQ(hands.pressing(), count);
-                const auto n = Eigen::Index(count);
-                MatrixXd c(3 * n, 3 * n);
-                VectorXd u(3 * n), f(3 * n);
-                for (Eigen::Index i = 0; i < n; ++i) {
-                    u.segment<3>(3 * i) = hands.dent(std::size_t(i));
-                    f.segment<3>(3 * i) = -hands.force(std::size_t(i));
-                    for (Eigen::Index j = 0; j < n; ++j)
-                        c.block<3, 3>(3 * i, 3 * j) =
-                            body.coupling(hands.point(std::size_t(i)).at, hands.point(std::size_t(j)).at);
-                }
-                const VectorXd wanted = dense::solve(c, u);
-                EXPECT_LT((f - wanted).norm(), 1e-5 * wanted.norm()) << force << " " << god_object << " " << count;
+                EXPECT_LT(hands.off_direct_loads(), 1e-5) << force << " " << god_object << " " << count;
+                for (std::size_t i = 0; i < count; ++i) EXPECT_EQ(hands.force(i), -hands.load(i));
             }
-        }
 }
 
 TEST(Hands, FingersThatAreSwappedFeelTheSame) {
-    for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+    for (const GodObject god_object : every<GodObject>()) {
         const std::size_t count = 5;
         Hands hands(coupled_cube(ForceLaw::kPressureMask), count, {.god_object = god_object});
         Hands swapped(coupled_cube(ForceLaw::kPressureMask), count, {.god_object = god_object});
@@ -162,7 +105,7 @@ TEST(Hands, FingersThatAreSwappedFeelTheSame) {
 }
 
 TEST(Hands, OneThatIsAloneIsAFinger) {
-    for (const ForceLaw force : {ForceLaw::kConsistent, ForceLaw::kPressureMask}) {
+    for (const ForceLaw force : kCompliances) {
         const ElasticBody& body = coupled_cube(force);
         Hands hands(body, 4);
         Finger finger(body.model());
@@ -189,10 +132,7 @@ TEST(Hands, TwoThatPressAreThePairsTwo) {
     for (int tick = 0; tick < 300; ++tick) {
         const Vector3d a(0.012, 0.014, 0.0305 - 1e-5 * tick), b(0.022, 0.016, 0.0304 - 8e-6 * tick);
         three.to({a, kAway, b});
-        std::vector<haptable_input> in(2);
-        for (int c = 0; c < 3; ++c) in[0].finger_m[c] = float(a[c]), in[1].finger_m[c] = float(b[c]);
-        in[0].is_there = in[1].is_there = 1;
-        two.to(in);
+        two.to({a, b});
         const double size = two.force(0).norm() + two.force(1).norm();
         for (const int finger : {0, 1})
             EXPECT_WITHIN((three.force(std::size_t(2 * finger)) - two.force(std::size_t(finger))).norm(), .count = 64,
@@ -203,57 +143,46 @@ TEST(Hands, TwoThatPressAreThePairsTwo) {
     EXPECT_GT(largest, 0.01);
 }
 
-/// What all hands got over a loop of their positions, over the most that was stored: work of the mean of two ticks.
-template <typename Place>
-double gained_share(Hands& hands, std::size_t count, int ticks, const Place& place) {
-    double gained_j = 0.0, stored_j = 0.0;
-    std::vector<Vector3d> x0(count), f0(count, Vector3d::Zero());
-    for (int tick = 0; tick <= ticks; ++tick) {
-        const std::vector<Vector3d> x = place(double(tick) / ticks);
+/// What all hands got, over the most that was stored, where all press, go around the body, each a way of its own up and
+/// down, and let go.
+double gained_share(Hands& hands, double way) {
+    constexpr int kTicks = 2000;
+    std::vector<Work> work(hands.count());
+    double stored_j = 0.0, gained_j = 0.0;
+    for (int tick = 0; tick <= kTicks; ++tick) {
+        const LoopPhase phase(double(tick) / kTicks);
+        std::vector<Vector3d> x = around(hands.count(), 0.003 * phase.in - 0.001, 0.4 + way * phase.slide);
+        for (std::size_t i = 0; i < x.size(); ++i) x[i].z() += 0.003 * phase.swing * (i % 2 == 0 ? 1 : -1);
         hands.to(x);
-        for (std::size_t i = 0; i < count; ++i) {
-            const Vector3d f = hands.force(i);
-            if (tick > 0) gained_j += 0.5 * (f + f0[i]).dot(x[i] - x0[i]);
-            f0[i] = f;
-        }
-        x0 = x;
+        for (std::size_t i = 0; i < x.size(); ++i) work[i].add(x[i], hands.force(i));
         stored_j = std::max(stored_j, hands.energy());
     }
+    for (const Work& one : work) gained_j += one.given_j;
     return gained_j / stored_j;
 }
 
-/// All press, go around the body, each a way of its own up and down, and let go.
-std::vector<Vector3d> loop_at(double t, std::size_t count, double way) {
-    const double slide = std::clamp((t - 0.25) / 0.5, 0.0, 1.0);
-    const double in = std::clamp(t / 0.25, 0.0, 1.0) - std::clamp((t - 0.75) / 0.25, 0.0, 1.0);
-    std::vector<Vector3d> x = around(count, 0.003 * in - 0.001, 0.4 + way * slide);
-    for (std::size_t i = 0; i < count; ++i)
-        x[i].z() += 0.003 * std::sin(std::numbers::pi * slide) * (i % 2 == 0 ? 1 : -1);
-    return x;
-}
-
 TEST(Hands, ClosedLoopsGainNothingWithLeastEnergy) {
-    for (const ForceLaw force : {ForceLaw::kConsistent, ForceLaw::kPressureMask})
+    for (const ForceLaw force : kCompliances)
         for (const double way : {0.3, -0.3}) {
-            const std::size_t count = 4;
-            Hands hands(coupled_cube(force), count, {.god_object = GodObject::kLeastEnergy});
-            const double share = gained_share(hands, count, 2000, [&](double t) { return loop_at(t, count, way); });
+            Hands hands(coupled_cube(force), 4, {.god_object = GodObject::kLeastEnergy});
+            const double share = gained_share(hands, way);
             RecordProperty(std::string(word(force)) + (way > 0 ? ", forward" : ", back"), std::to_string(share));
             EXPECT_LT(share, 1e-3) << force << " " << way;
         }
 }
 
 TEST(Hands, PassivityTakesBackWhatTheNearestGodObjectGives) {
-    double plain = -1.0, braked = -1.0;
-    for (const bool passivity : {false, true})
+    const auto most = [](bool passivity) {
+        double worst = -1.0;
         for (const double way : {0.5, -0.5}) {
             Hands hands(coupled_cube(ForceLaw::kPressureMask), 4, {.passivity = passivity});
-            const double share = gained_share(hands, 4, 2000, [&](double t) { return loop_at(t, 4, way); });
-            double& worst = passivity ? braked : plain;
-            worst = std::max(worst, share);
+            worst = std::max(worst, gained_share(hands, way));
         }
+        return worst;
+    };
+    const double plain = most(false);
     EXPECT_GT(plain, 1e-3);
-    EXPECT_LT(braked, 0.3 * plain);
+    EXPECT_LT(most(true), 0.3 * plain);
 }
 
 TEST(Hands, FrictionHoldsEachFingerWithinItsCone) {
@@ -264,12 +193,9 @@ TEST(Hands, FrictionHoldsEachFingerWithinItsCone) {
     double most = 0.0;
     for (int tick = 1; tick <= 400; ++tick) {
         hands.to(around(count, 0.0015, 0.2, 1e-5 * tick));
-        for (std::size_t i = 0; tick > 200 && i < count; ++i) {
-            const Vector3d n = to_vector(hands.point(i).normal), f = -hands.force(i);
-            const double along = -f.dot(n);
-            ASSERT_GT(along, 0.0);
-            most = std::max(most, (f + along * n).norm() / along);
-        }
+        if (tick <= 200) continue;
+        ASSERT_EQ(hands.pressing(), count);
+        most = std::max(most, hands.steepest());
     }
     EXPECT_LT(most, mu * 1.1);
     EXPECT_GT(most, mu * 0.5);
@@ -307,8 +233,7 @@ TEST(Hands, EachKeepsItsLimitsAndItsFaults) {
     hands.to({x[0], kAway, x[2]});
     EXPECT_EQ(hands.out[1].state, HAPTABLE_SILENT);
     EXPECT_EQ(hands.pressing(), 2U);
-    EXPECT_EQ(haptable_watch(&hands.state().scene(), hands.state().memory(), hands.time_us() + HAPTABLE_SILENCE_US,
-                             hands.out.data()),
+    EXPECT_EQ(haptable_watch(&hands.scene(), hands.memory(), hands.time_us + HAPTABLE_SILENCE_US, hands.out.data()),
               7U);
     for (std::size_t i = 0; i < count; ++i) EXPECT_EQ(hands.force(i).norm(), 0.0);
 }
@@ -335,12 +260,12 @@ TEST(HandsOnTarget, GiveTheHostsBits) {
     const ElasticBody body(for_two(cube_scene(5, 0.3, true)), ForceLaw::kPressureMask, 0.012);
     const TargetPath<9> path = hands_path(600);
     for (const char* target : {"cortex-m7", "rv32"})
-        for (const GodObject god_object : {GodObject::kNearest, GodObject::kLeastEnergy}) {
+        for (const GodObject god_object : every<GodObject>()) {
             const TargetImage image(build_folder(), "cube", target);
             if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
             Hands hands(body, 3, {.god_object = god_object});
             const std::vector<TargetTick> ticks = image.measure({.model = hands.model(), .pair = &hands.pair()}, path);
-            hands.time_us() = 0U - HAPTABLE_TICK_US;
+            hands.time_us = 0U - HAPTABLE_TICK_US;
             std::uint64_t worst = 0;
             std::size_t together = 0;
             for (std::size_t tick = 0; tick < path.size(); ++tick) {

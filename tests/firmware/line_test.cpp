@@ -132,6 +132,7 @@ TEST(LineFrame, ComesOutAsItWentIn) {
                                         static_cast<std::uint8_t>(parts.is_free ? HAPTABLE_LINE_FREE : 0), 99};
         haptable_line_state state{0x89ABCDEF, 1, {}}, got_state{};
         haptable_line_answer answer{}, got{};
+        const haptable_line_answer none{};
         for (int f = 0; f < 2; ++f) {
             fill(state.in[f].finger_m, 3);
             state.in[f].buttons = static_cast<std::uint32_t>(random());
@@ -153,26 +154,16 @@ TEST(LineFrame, ComesOutAsItWentIn) {
         ASSERT_EQ(haptable_line_take_state(&frames[0].frame, &hello, &got_state), 1);
         ASSERT_EQ(haptable_line_take_answer(&frames[1].frame, &hello, &got), 1);
         EXPECT_EQ(haptable_line_take_answer(&frames[0].frame, &hello, &got), 0) << "of another type";
-        EXPECT_EQ(got_state.time_us, state.time_us);
-        EXPECT_EQ(got_state.begins, 1);
-        for (int f = 0; f < parts.fingers; ++f) {
-            EXPECT_TRUE(same_floats(got_state.in[f].finger_m, state.in[f].finger_m));
-            EXPECT_EQ(got_state.in[f].buttons, state.in[f].buttons);
-            EXPECT_EQ(got_state.in[f].is_there, f);
-            const haptable_output &a = got.out[f], &b = answer.out[f];
-            EXPECT_TRUE(a.state == b.state && a.faults == b.faults && a.patch == HAPTABLE_NONE);
-            EXPECT_EQ(std::memcmp(a.vertex, b.vertex, sizeof a.vertex), 0);
-            EXPECT_TRUE(same_floats(a.alpha, b.alpha) && same_floats(a.god_object_m, b.god_object_m));
-            EXPECT_TRUE(same_floats(a.force_n, b.force_n));
-            EXPECT_EQ(std::memcmp(a.nodal_force_n, b.nodal_force_n, sizeof a.nodal_force_n), 0);
+        // Written again they have the documented bytes, of which they lack none.
+        EXPECT_EQ(state_frame(3, hello, got_state), state_frame(3, hello, state));
+        EXPECT_EQ(answer_frame(4, hello, got), answer_frame(4, hello, answer));
+        for (int f = 0; f < parts.fingers; ++f) EXPECT_EQ(got.out[f].patch, HAPTABLE_NONE);
+        if (!parts.is_free) {
+            EXPECT_TRUE(same_floats(got.pose.turn, none.pose.turn) && got.pose.on_floor == 0);
         }
-        const haptable_line_answer none{};
-        const haptable_body_pose& pose = parts.is_free ? answer.pose : none.pose;
-        EXPECT_TRUE(same_floats(got.pose.position_m, pose.position_m) && same_floats(got.pose.turn, pose.turn));
-        EXPECT_TRUE(same_floats(got.pose.velocity_m_per_s, pose.velocity_m_per_s));
-        EXPECT_TRUE(same_floats(got.pose.spin_rad_per_s, pose.spin_rad_per_s));
-        EXPECT_EQ(got.pose.on_floor, pose.on_floor);
-        EXPECT_TRUE(same_floats(got.q, parts.rings ? answer.q : none.q));
+        if (!parts.rings) {
+            EXPECT_TRUE(same_floats(got.q, none.q));
+        }
         // One byte less or more is no frame of this scene.
         for (auto& of : frames)
             for (const int more : {-1, 1}) {
@@ -201,22 +192,6 @@ TEST(LineFrame, AHelloOfAnotherVersionIsItsVersionAlone) {
 }
 
 // ---- reading -------------------------------------------------------------------------------------------------------
-
-// A false begin right before a frame must not swallow it.
-TEST(LineReader, FindsAFrameInsideAFalseOne) {
-    Bytes bytes{0xA5, 0x5A, HAPTABLE_LINE_ANSWER_BYTES - 13 - 256, 1, 1, 0xA5, 0xA5, 0x5A};
-    std::vector<std::uint32_t> want;
-    for (std::uint32_t sequence = 0; sequence < 12; ++sequence) {
-        bytes = bytes + some_frame(sequence);
-        want.push_back(sequence);
-    }
-    Reader reader;
-    EXPECT_EQ(reader.sequences(bytes), want);
-    EXPECT_EQ(reader.reader().skipped_bytes, 8U);
-    bytes[2] = 0xFF;  // longer than any frame: given up at once
-    EXPECT_EQ(Reader().sequences(Bytes(bytes.begin(), bytes.begin() + 8) + some_frame(5)),
-              std::vector<std::uint32_t>{5});
-}
 
 // Any one byte changed loses that frame alone.
 TEST(LineReader, LosesOnlyTheDamagedFrame) {

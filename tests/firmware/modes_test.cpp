@@ -5,10 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <cstring>
-#include <fstream>
-#include <map>
 
 #include "codegen/codegen.hpp"
 #include "codegen/in_memory.hpp"
@@ -73,47 +69,30 @@ TEST(PackedCompliance, GivesTheHostsBitsOnEveryTarget) {
             for (const char* target : kTargets) {
                 const TargetImage image(build_folder(), "cube", target);
                 if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
-                const std::vector<TargetTick> ticks = image.measure({model}, path_m);
-                HostTicks host(model, path_m);
-                for (std::size_t i = 0; i < path_m.size(); ++i)
-                    ASSERT_TRUE(same(ticks[i].finger[0], host.step(i))) << target << " tick " << i;
-                EXPECT_GT(host.servo.counters.contact_ticks, 90U) << target;
+                std::vector<TargetTick> ticks;
+                std::size_t touching = 0;
+                expect_host_bits(image, model, path_m, ticks,
+                                 [&](const auto&, const auto&, const haptable_output& out) {
+                                     touching += std::size_t(haptable_touches(out.state));
+                                 });
+                EXPECT_GT(touching, 90U) << target;
             }
         }
 }
 
-/// The body of a force and a god-object, rough or not, as it relaxes by so many terms.
-struct RelaxingBody {
-    RelaxingBody(const ElasticBody& body, GodObject god_object, std::size_t terms, double friction)
-        : tables_(with(body.tables(), god_object, terms, friction)), servo_(build_model(tables_)) {}
-    haptable_model model() const { return model_in_memory(tables_, servo_); }
-
-private:
-    static Tables with(Tables tables, GodObject god_object, std::size_t terms, double friction) {
-        tables.limits = {};
-        tables.god_object = god_object;
-        tables.static_friction = tables.kinetic_friction = friction;
-        for (std::size_t k = 0; k < terms; ++k) tables.relaxation.push_back({0.1, 1e-3 * std::pow(7.0, double(k))});
-        return tables;
-    }
-    Tables tables_;
-    ServoModel servo_;
-};
-
-/// The median sliding tick, every tick having the host's bits.
-std::uint64_t relaxing_tick(const TargetImage& image, const RelaxingBody& body,
-                            const std::vector<std::array<float, 3>>& path_m) {
-    const haptable_model model = body.model();
-    const std::vector<TargetTick> ticks = image.measure({model}, path_m);
-    HostTicks host(model, path_m);
+/// The median sliding tick of a body that relaxes by so many terms.
+std::uint64_t relaxing_tick(const TargetImage& image, const ElasticBody& body, GodObject god_object, double friction,
+                            std::size_t terms, const std::vector<std::array<float, 3>>& path_m) {
+    Tables tables = body.tables({.god_object = god_object, .friction = friction});
+    for (std::size_t k = 0; k < terms; ++k) tables.relaxation.push_back({0.1, 1e-3 * std::pow(7.0, double(k))});
+    const ServoModel servo_model = build_model(tables);
+    std::vector<TargetTick> ticks;
     std::size_t behind = 0;
-    for (std::size_t i = 0; i < path_m.size(); ++i) {
-        const haptable_output out = host.step(i);
-        EXPECT_TRUE(same(ticks[i].finger[0], out)) << "tick " << i;
-        if (testing::Test::HasFailure()) break;
-        behind += out.state == HAPTABLE_FREE && out.vertex[0] != HAPTABLE_NONE;
-    }
-    EXPECT_EQ(behind > 10U, model.term_count > 0) << "a dent is left";
+    expect_host_bits(image, model_in_memory(tables, servo_model), path_m, ticks,
+                     [&](const auto&, const auto&, const haptable_output& out) {
+                         behind += out.state == HAPTABLE_FREE && out.vertex[0] != HAPTABLE_NONE;
+                     });
+    EXPECT_EQ(behind > 10U, terms > 0) << "a dent is left";
     return count_ticks(path_m, ticks).sliding.median;
 }
 
@@ -133,7 +112,7 @@ TEST_P(RelaxingOnTarget, EveryForceHasTheHostsBitsAndCostsLittleATerm) {
         const ElasticBody& touched = body_of_modes("cube", force);
         const auto path_m = stroke_path(touched.tables(), 8);
         const auto median = [&](std::size_t terms) {
-            return relaxing_tick(image, RelaxingBody(touched, god_object, terms, friction), path_m);
+            return relaxing_tick(image, touched, god_object, friction, terms, path_m);
         };
         const std::uint64_t one = median(1), eight = median(8);
         const std::string what = std::string(word(force)) + " " + word(god_object) + (friction > 0.0 ? " rough" : "");
@@ -175,7 +154,7 @@ Scene dressed_cube() {
     return scene;
 }
 
-// Only numbers differ: no byte of code or tables, and where the god-object is the nearest point no instruction.
+// Only numbers differ: no byte of code or tables, and so no instruction.
 TEST(MaterialsOnTarget, WhatABodyIsMadeOfCostsNoByteAndNoInstruction) {
     const ElasticBody dressed(dressed_cube(), ForceLaw::kInterpolated);
     Scene held_by_bed = cube_scene(5, 0.3);
@@ -192,19 +171,6 @@ TEST(MaterialsOnTarget, WhatABodyIsMadeOfCostsNoByteAndNoInstruction) {
     EXPECT_NE(text.source, other_text.source);
     EXPECT_EQ(without_numbers(text.header), without_numbers(other_text.header));
     EXPECT_EQ(without_numbers(text.source), without_numbers(other_text.source));
-    const auto path_m = stroke_path(other, 20);
-    for (const char* target : kTargets) {
-        const TargetImage image(build_folder(), "cube", target);
-        if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
-        const auto ticks = image.measure({model_in_memory(plain, plain_servo)}, path_m);
-        const auto others = image.measure({model_in_memory(other, other_servo)}, path_m);
-        std::size_t felt = 0;
-        for (std::size_t i = 0; i < ticks.size(); ++i) {
-            ASSERT_EQ(ticks[i].instructions, others[i].instructions) << target << " tick " << i;
-            felt += ticks[i].finger[0].force_n != others[i].finger[0].force_n;
-        }
-        EXPECT_GT(felt, path_m.size() / 3) << "another force";
-    }
 }
 
 // A tip of 31 patches: their normals, each with its angle, are most of what a tick that lets go there costs.
@@ -224,29 +190,17 @@ TEST(Bound, HoldsOnATipOfManyPatches) {
             if (mode.force != ForceLaw::kInterpolated) continue;  // its blocks are made up
             const haptable_model model = in_mode(*tip.get(), mode);
             const TickCost each = cost_of(mode, most_patches_around_a_vertex(model));
-            const std::vector<TargetTick> ticks = image.measure({model}, path_m);
-            HostTicks host(model, path_m);
-            for (std::size_t i = 0; i < path_m.size(); ++i) {
-                const haptable_output out = host.step(i);
-                ASSERT_TRUE(same(ticks[i].finger[0], out)) << mode.name() << " tick " << i;
-                EXPECT_LE(ticks[i].instructions, cost(each, host.servo.counters)) << mode.name() << " tick " << i;
-            }
-            EXPECT_GT(host.servo.counters.contact_ticks, 150U) << mode.name();
+            SCOPED_TRACE(mode.name());
+            std::vector<TargetTick> ticks;
+            std::uint32_t touching = 0;
+            expect_host_bits(image, model, path_m, ticks,
+                             [&](const TargetTick& tick, const haptable_servo& servo, auto&) {
+                                 EXPECT_LE(tick.instructions, cost(each, servo.counters));
+                                 touching = servo.counters.contact_ticks;
+                             });
+            EXPECT_GT(touching, 150U);
         }
     }
-}
-
-/// "median worst" of a line of instructions.txt that begins with these words.
-std::array<std::uint64_t, 2> reference(const std::string& words) {
-    std::ifstream file("tests/firmware/instructions_by_mode.txt");
-    for (std::string line; std::getline(file, line);) {
-        if (line.compare(0, words.size() + 2, words + ": ") != 0) continue;
-        std::istringstream numbers(line.substr(words.size() + 2));
-        std::array<std::uint64_t, 2> counts{};
-        numbers >> counts[0] >> counts[1];
-        return counts;
-    }
-    return {};
 }
 
 TEST_P(ModeOnTarget, GivesTheHostsBitsUnderItsBoundAndNoDearerThanBefore) {
@@ -254,25 +208,24 @@ TEST_P(ModeOnTarget, GivesTheHostsBitsUnderItsBoundAndNoDearerThanBefore) {
     const ElasticBody& touched = body_of_modes(one.body, one.mode.force);
     const haptable_model model = in_mode(touched.model(), one.mode);
     const auto path_m = hard_path(touched.tables(), 60);
-    const std::vector<TargetTick> ticks = image.measure({model}, path_m);
     const std::uint64_t fan = most_patches_around_a_vertex(model);
     const TickCost each = cost_of(one.mode, fan);
-    HostTicks host(model, path_m);
-    std::uint64_t worst = 0;
-    for (std::size_t i = 0; i < path_m.size(); ++i) {
-        const haptable_output out = host.step(i);
-        ASSERT_TRUE(same(ticks[i].finger[0], out)) << "tick " << i;
-        EXPECT_LE(ticks[i].instructions, cost(each, host.servo.counters)) << "tick " << i;
-        worst = std::max(worst, ticks[i].instructions);
-    }
-    EXPECT_GT(host.servo.counters.contact_ticks, path_m.size() / 3);
+    std::vector<TargetTick> ticks;
+    std::uint64_t worst = 0, touching = 0;
+    expect_host_bits(image, model, path_m, ticks, [&](const TargetTick& tick, const haptable_servo& servo, auto&) {
+        EXPECT_LE(tick.instructions, cost(each, servo.counters));
+        worst = std::max(worst, tick.instructions);
+        touching = servo.counters.contact_ticks;
+    });
+    EXPECT_GT(touching, path_m.size() / 3);
     EXPECT_LT(worst, most_cost(one.mode, fan));
     const std::uint64_t median = count_ticks(path_m, ticks).sliding.median;
     const std::string counts = word(one) + ": " + std::to_string(median) + " " + std::to_string(worst);
-    const auto [then_median, then_worst] = reference(word(one));
+    const std::vector<std::uint64_t> then = announced("instructions_by_mode.txt", word(one) + ": ");
+    ASSERT_EQ(then.size(), 2U);
     RecordProperty("instructions", counts);
-    EXPECT_LE(median, then_median + then_median / 50) << "announce it in instructions_by_mode.txt: " << counts;
-    EXPECT_LE(worst, then_worst + then_worst / 20) << "announce it in instructions_by_mode.txt: " << counts;
+    EXPECT_LE(median, then[0] + then[0] / 50) << "announce it in instructions_by_mode.txt: " << counts;
+    EXPECT_LE(worst, then[1] + then[1] / 20) << "announce it in instructions_by_mode.txt: " << counts;
 }
 
 }  // namespace

@@ -39,15 +39,15 @@ struct Built {
 
 class MovingTarget : public testing::TestWithParam<const char*> {
 protected:
-    /// Every tick of the path has the host's bits and stays under its bound; gives the ticks and the state after them.
-    /// No test where there is no image.
+    /// Every tick of the path has the host's bits and stays under its bound. No test where there is no image.
     template <std::size_t size>
-    void compare(const char* scene, const TargetPath<size>& path_m, std::vector<TargetTick>& got, SceneState& state,
-                 const Built& built) {
+    void compare(const char* scene, const TargetPath<size>& path_m) {
         const TargetImage image(build_folder(), scene, GetParam());
         if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
+        const Built built(scene);
+        SceneState state = built.state();
         ASSERT_EQ(built.fingers(), size / 3);
-        got = image.replay(path_m);
+        ticks = image.replay(path_m);
         state.check(HAPTABLE_CHECK_ALL);
         const std::uint64_t moves = built.moves(), most = built.most_touching();
         double nearest = 0.0;
@@ -63,68 +63,59 @@ protected:
             }
             state.step(in, static_cast<std::uint32_t>(i) * HAPTABLE_TICK_US, out);
             for (std::size_t f = 0; f < built.fingers(); ++f) {
-                ASSERT_TRUE(same(got[i].finger[f], out[f])) << "tick " << i << " finger " << f;
+                ASSERT_TRUE(same(ticks[i].finger[f], out[f])) << "tick " << i << " finger " << f;
                 are_free &= out[f].state == HAPTABLE_FREE && state.servo(f).counters.most_boxes == 0;
             }
             if (const haptable_body_state* body = state.body()) {
-                ASSERT_TRUE(same_bits(got[i].position_m, body->position_m)) << "place, tick " << i;
-                ASSERT_TRUE(same_bits(got[i].turn, body->turn)) << "turn, tick " << i;
+                ASSERT_TRUE(same_bits(ticks[i].position_m, body->position_m)) << "place, tick " << i;
+                ASSERT_TRUE(same_bits(ticks[i].turn, body->turn)) << "turn, tick " << i;
             }
             if (const haptable_modes* modes = built.scene.modes()) {
-                ASSERT_EQ(std::memcmp(got[i].q.data(), state.modes()->q, modes->count * sizeof(float)), 0) << i;
+                ASSERT_EQ(std::memcmp(ticks[i].q.data(), state.modes()->q, modes->count * sizeof(float)), 0) << i;
             }
             const std::uint64_t bound = built.touching(state) + moves;
-            ASSERT_LE(got[i].instructions, bound) << "tick " << i;
-            ASSERT_LT(got[i].instructions, most + moves) << "tick " << i;
+            ASSERT_LE(ticks[i].instructions, bound) << "tick " << i;
+            ASSERT_LT(ticks[i].instructions, most + moves) << "tick " << i;
             // Without fingers beside it the tick is the body's motion.
             if (are_free && were_free) {
-                ASSERT_LE(got[i].instructions, moves) << "tick " << i;
+                ASSERT_LE(ticks[i].instructions, moves) << "tick " << i;
             }
             were_free = are_free;
-            nearest = std::max(nearest, double(got[i].instructions) / double(bound));
+            nearest = std::max(nearest, double(ticks[i].instructions) / double(bound));
         }
         RecordProperty("of its bound", std::to_string(nearest));
     }
 
-    static std::size_t touching(const std::vector<TargetTick>& ticks, std::size_t fingers) {
+    /// After compare: whether there is something to look at.
+    bool has_ticks() const { return !IsSkipped() && !HasFatalFailure() && !ticks.empty(); }
+    std::size_t touching(std::size_t fingers) const {
         return static_cast<std::size_t>(
             std::count_if(ticks.begin(), ticks.end(), [&](const TargetTick& tick) { return tick.touches(fingers); }));
     }
-    /// The most that the body was lifted, and how high it is at the end.
-    static std::pair<float, float> heights_m(const std::vector<TargetTick>& ticks, const haptable_body& body) {
-        float most_m = 0.0F;
-        for (const TargetTick& tick : ticks) most_m = std::max(most_m, tick.position_m[2] - body.centre_m[2]);
-        return {most_m, ticks.back().position_m[2] - body.centre_m[2]};
-    }
+    /// Of its centre, m.
+    float height(const TargetTick& tick) const { return tick.position_m[2] - ticks.front().position_m[2]; }
+
+    std::vector<TargetTick> ticks;
 };
 
 TEST_P(MovingTarget, ACubeThatNothingHoldsTips) {
-    const Built built("free-cube");
-    SceneState state = built.state();
-    std::vector<TargetTick> ticks;
-    compare("free-cube", tip_path(), ticks, state, built);
-    if (IsSkipped() || HasFatalFailure()) return;
-    EXPECT_GT(touching(ticks, 1), 100U);
+    compare("free-cube", tip_path());
+    if (!has_ticks()) return;
+    EXPECT_GT(touching(1), 100U);
     EXPECT_LT(ticks.back().turn[0], 0.999F);
 }
 
 TEST_P(MovingTarget, AJellyRings) {
-    const Built built("ringing");
-    SceneState state = built.state();
-    std::vector<TargetTick> ticks;
-    compare("ringing", knock_path(), ticks, state, built);
-    if (IsSkipped() || HasFatalFailure()) return;
-    EXPECT_GT(touching(ticks, 1), 100U);
+    compare("ringing", knock_path());
+    if (!has_ticks()) return;
+    EXPECT_GT(touching(1), 100U);
     EXPECT_NE(ticks.back().q[0], 0.0F);
 }
 
 TEST_P(MovingTarget, AJellyRingsUnderTwoFingers) {
-    const Built built("squeezed");
-    SceneState state = built.state();
-    std::vector<TargetTick> ticks;
-    compare("squeezed", squeeze_path(), ticks, state, built);
-    if (IsSkipped() || HasFatalFailure()) return;
-    EXPECT_GT(touching(ticks, 2), 200U);
+    compare("squeezed", squeeze_path());
+    if (!has_ticks()) return;
+    EXPECT_GT(touching(2), 200U);
     EXPECT_NE(ticks.back().q[0], 0.0F);
 }
 
@@ -132,14 +123,12 @@ TEST_P(MovingTarget, AJellyRingsUnderTwoFingers) {
 TEST_P(MovingTarget, TwoFingersLiftACubeAndLetItFall) {
     for (const char* scene : {"grasped", "wobbling"}) {
         SCOPED_TRACE(scene);
-        const Built built(scene);
-        SceneState state = built.state();
-        std::vector<TargetTick> ticks;
-        compare(scene, grasp_path(), ticks, state, built);
-        if (IsSkipped() || HasFatalFailure()) return;
-        const auto [most_m, last_m] = heights_m(ticks, *built.scene.body());
+        compare(scene, grasp_path());
+        if (!has_ticks()) return;
+        float most_m = 0.0F;
+        for (const TargetTick& tick : ticks) most_m = std::max(most_m, height(tick));
         EXPECT_GT(most_m, 0.015F) << "they lifted it";
-        EXPECT_LT(last_m, 0.005F) << "and let it fall";
+        EXPECT_LT(height(ticks.back()), 0.005F) << "and let it fall";
     }
 }
 

@@ -19,13 +19,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::size_t kPlainServo = offsetof(haptable_servo, nearest_m2);
+
 struct Feature {
     const char* name;
-    std::function<void(Scene&)> ask;
-    const char* symbol;  ///< that an image with it holds
+    void (*ask)(Scene&);
+    const char* symbol;              ///< that an image with it holds
+    std::size_t more_ram_bytes = 0;  ///< than the paper's mode has, of the caller's own
 };
 
-const Feature kFeatures[] = {
+constexpr Feature kFeatures[] = {
     {"float16", [](Scene& s) { s.tables.precision = Storage::kFloat16; }, "haptable_unpack_float16"},
     {"int16", [](Scene& s) { s.tables.precision = Storage::kInt16; }, "haptable_unpack_int16"},
     {"consistent", [](Scene& s) { s.contact.force = ForceLaw::kConsistent; }, "haptable_force_consistent"},
@@ -36,16 +39,18 @@ const Feature kFeatures[] = {
      },
      "haptable_force_pressure_mask"},
     {"least energy", [](Scene& s) { s.contact.god_object = GodObject::kLeastEnergy; },
-     "haptable_god_object_least_energy"},
+     "haptable_god_object_least_energy", sizeof(haptable_servo) - kPlainServo},
     {"friction", [](Scene& s) { s.contact.static_friction = s.contact.kinetic_friction = 0.5; },
-     "haptable_god_object_friction"},
-    {"release", [](Scene& s) { s.contact.release_n_per_ms = 0.01; }, "haptable_release_slew"},
-    {"passivity", [](Scene& s) { s.contact.passivity = true; }, "haptable_passivity_control"},
+     "haptable_god_object_friction", sizeof(haptable_freed)},  // where the god-object would be without
+    {"release", [](Scene& s) { s.contact.release_n_per_ms = 0.01; }, "haptable_release_slew",
+     offsetof(haptable_servo, sensitivity_per_m) - kPlainServo},
+    {"passivity", [](Scene& s) { s.contact.passivity = true; }, "haptable_passivity_control",
+     offsetof(haptable_servo, felt_n) - kPlainServo},
     {"relaxation",
      [](Scene& s) {
-         s.relaxation = {{0.5, 0.1}};
+         s.relaxation.push_back({0.5, 0.1});
      },
-     "haptable_relaxation"},
+     "haptable_relaxation", 128 + HAPTABLE_TERMS * 24},  // what the body remembers
     {"stiffening",
      [](Scene& s) {
          s.material.stiffening = Stiffening{5.0, 0.0, 0.0, {}};
@@ -54,27 +59,29 @@ const Feature kFeatures[] = {
     {"a body that nothing holds",
      [](Scene& s) {
          s.fixed.clear();
-         s.free_body = FreeBody{};
-         s.free_body->density_kg_per_m3 = 1000.0;
+         s.free_body.emplace().density_kg_per_m3 = 1000.0;
      },
-     "haptable_part_rigid"},
-    {"modes",
-     [](Scene& s) {
-         s.body_modes = BodyModes{4, 0.05, 1000.0, 0.0, 1};
-     },
-     "haptable_part_modes"},
+     "haptable_part_rigid", sizeof(haptable_body_state) + sizeof(haptable_account)},
+    {"modes", [](Scene& s) { s.body_modes.emplace(4, 0.05, 1000.0, 0.0, 1); }, "haptable_part_modes",
+     sizeof(haptable_modes_state) + sizeof(haptable_account)},
     {"a second finger", [](Scene& s) { s.contact.fingers = 2; }, "haptable_contacts_of_two"},
     {"display rows",
      [](Scene& s) {
          s.tables.columns = ColumnRows::kSurface;
          s.tables.display_rows = {112};  // the middle of the top
      },
-     "haptable_deform"},
+     "haptable_deform", 3 * sizeof(float)},
 };
+
+const Feature& feature(const std::string& name) {
+    return *std::ranges::find_if(kFeatures, [&](const Feature& one) { return one.name == name; });
+}
 
 class NamedByAScene : public testing::Test {
 protected:
-    NamedByAScene() : objects(build_folder() / "cube/firmware/cortex-m7") {}
+    void SetUp() override {
+        if (const std::string missing = missing_for_link(objects); !missing.empty()) GTEST_SKIP() << missing;
+    }
     LinkedServo link(const std::function<void(Scene&)>& ask, const std::string& offered = "haptable_*.o") {
         Scene scene = cube_scene(5, 0.49);
         scene.tables.columns = ColumnRows::kNone;
@@ -84,7 +91,7 @@ protected:
         for (const TableBytes& table : precompute(scene, tables, progress).summary.size.flash) bytes += table.bytes;
         return link_servo(tables, objects, offered);
     }
-    const fs::path objects;
+    const fs::path objects = build_folder() / "cube/firmware/cortex-m7";
     const TemporaryFolder folder;
     std::size_t bytes = 0;
     int made = 0;
@@ -97,9 +104,7 @@ bool names_stiffening(const LinkedServo& servo) {
 }
 
 /// A list for the shell: what the linker is offered, but files with one of these words in their names.
-std::string offered_without(const std::string& words) {
-    return words.empty() ? "haptable_*.o" : "$(ls haptable_*.o | grep -vE '" + words + "')";
-}
+std::string offered_without(const std::string& words) { return "$(ls haptable_*.o | grep -vE '" + words + "')"; }
 
 /// Bytes of code of the paper's mode with these tables, as `make firmware TARGET=cortex-m4 TARGET_OPT=-Os` counts them.
 std::size_t smallest_code(const fs::path& tables, const fs::path& work) {
@@ -121,7 +126,6 @@ std::size_t smallest_code(const fs::path& tables, const fs::path& work) {
 }
 
 TEST_F(NamedByAScene, ThePapersModeIsSmall) {
-    if (const std::string missing = missing_for_link(objects); !missing.empty()) GTEST_SKIP() << missing;
     Progress progress(true);
     Scene scene = cube_scene(5, 0.49);
     scene.tables.columns = ColumnRows::kNone;
@@ -136,7 +140,6 @@ TEST_F(NamedByAScene, ThePapersModeIsSmall) {
 
 // The image of the paper's mode is the same when all else is not even there to be linked.
 TEST_F(NamedByAScene, WhatIsNotNamedIsNotLinked) {
-    if (const std::string missing = missing_for_link(objects); !missing.empty()) GTEST_SKIP() << missing;
     const auto nothing = [](Scene&) {};
     const LinkedServo plain = link(nothing);
     const LinkedServo alone = link(nothing,
@@ -148,7 +151,7 @@ TEST_F(NamedByAScene, WhatIsNotNamedIsNotLinked) {
     EXPECT_EQ(plain.symbols, alone.symbols);
     EXPECT_TRUE(plain.image == alone.image) << "byte for byte";
     const std::size_t ticks = sizeof(haptable_input) + sizeof(haptable_output) + 12;
-    EXPECT_EQ(plain.ram, offsetof(haptable_servo, nearest_m2) + ticks) << "the caller's own";
+    EXPECT_EQ(plain.ram, kPlainServo + ticks) << "the caller's own";
     EXPECT_GT(plain.flash, bytes / 2 + 4000) << "it is the servo with its tables";
     for (const char* name :
          {"compliance_solve", "haptable_energy_consistent", "haptable_god_object_grab", "haptable_plausible_motion",
@@ -161,48 +164,26 @@ TEST_F(NamedByAScene, WhatIsNotNamedIsNotLinked) {
     EXPECT_TRUE(limited.symbols.contains("haptable_limit_rate") && limited.symbols.contains("haptable_check_crc"));
     EXPECT_FALSE(limited.symbols.contains("haptable_limit_mean") ||
                  limited.symbols.contains("haptable_plausible_motion"));
-    for (const Feature& feature : kFeatures) {
-        SCOPED_TRACE(feature.name);
-        EXPECT_FALSE(plain.symbols.contains(feature.symbol));
-        const LinkedServo with = link(feature.ask);
-        const std::string name = feature.name;
-        EXPECT_TRUE(with.symbols.contains(feature.symbol)) << "the test knows its name";
+    for (const Feature& asked : kFeatures) {
+        SCOPED_TRACE(asked.name);
+        EXPECT_FALSE(plain.symbols.contains(asked.symbol));
+        const LinkedServo with = link(asked.ask);
+        const std::string name = asked.name;
         EXPECT_EQ(names_stiffening(with), name == "stiffening");
         for (const char* other : {"haptable_step_tool", "haptable_step_hands"})
             EXPECT_FALSE(with.symbols.contains(other)) << other;
-        for (const Feature& other : kFeatures) {
-            if (other.name == name) continue;
-            EXPECT_FALSE(with.symbols.contains(other.symbol)) << "brings " << other.name;
-        }
-        if (name == "display rows")
-            EXPECT_EQ(with.ram, plain.ram + 12) << "three floats a row";
-        else if (name == "relaxation")
-            EXPECT_EQ(with.ram, plain.ram + 128 + HAPTABLE_TERMS * 24) << "what the body remembers";
-        else if (name == "a body that nothing holds")
-            EXPECT_EQ(with.ram, plain.ram + sizeof(haptable_body_state) + sizeof(haptable_account))
-                << "where it is and how it moves";
-        else if (name == "friction")
-            EXPECT_EQ(with.ram, plain.ram + sizeof(haptable_freed)) << "where the god-object would be without";
-        else if (name == "least energy")
-            EXPECT_EQ(with.ram, sizeof(haptable_servo) + ticks);
-        else if (name == "release")
-            EXPECT_EQ(with.ram, offsetof(haptable_servo, sensitivity_per_m) + ticks);
-        else if (name == "passivity")
-            EXPECT_EQ(with.ram, offsetof(haptable_servo, felt_n) + ticks);
-        else if (name == "modes")
-            EXPECT_EQ(with.ram, plain.ram + sizeof(haptable_modes_state) + sizeof(haptable_account))
-                << "how far they have swung";
-        else if (name == "a second finger")
+        for (const Feature& other : kFeatures)
+            EXPECT_EQ(with.symbols.contains(other.symbol), other.name == name) << "brings " << other.name;
+        if (name == "a second finger")
             EXPECT_TRUE(2 * (sizeof(haptable_servo) + ticks) < with.ram &&
                         with.ram <= sizeof(haptable_pair) + 2 * ticks)
                 << with.ram << ": two servos and what couples them, whose pointers take half of the host's";
         else
-            EXPECT_EQ(with.ram, plain.ram) << "no other mode has a state of its own";
+            EXPECT_EQ(with.ram, plain.ram + asked.more_ram_bytes);
     }
 }
 
 TEST_F(NamedByAScene, AToolIsLinkedWithoutASecondFinger) {
-    if (const std::string missing = missing_for_link(objects); !missing.empty()) GTEST_SKIP() << missing;
     const auto held = [](GodObject god_object) {
         return [god_object](Scene& s) {
             s.contact.force = ForceLaw::kConsistent;
@@ -222,7 +203,6 @@ TEST_F(NamedByAScene, AToolIsLinkedWithoutASecondFinger) {
 // Each of the eight combinations holds what its parts are made of, and is byte for byte the image that is linked where
 // the files of the other parts are not even there: they cost no byte, and no instruction.
 TEST_F(NamedByAScene, EveryCombinationPaysForItsPartsAlone) {
-    if (const std::string missing = missing_for_link(objects); !missing.empty()) GTEST_SKIP() << missing;
     std::set<std::string> all;
     for (const bool two : {false, true})
         for (const bool is_free : {false, true})
@@ -230,12 +210,9 @@ TEST_F(NamedByAScene, EveryCombinationPaysForItsPartsAlone) {
                 SCOPED_TRACE(std::string(two ? "two fingers" : "one finger") + (is_free ? ", free" : ", held") +
                              (rings ? ", with modes" : ""));
                 const auto ask = [&](Scene& s) {
-                    for (const Feature& feature : kFeatures) {
-                        const std::string name = feature.name;
-                        if ((name == "a second finger" && two) || (name == "a body that nothing holds" && is_free) ||
-                            (name == "modes" && rings))
-                            feature.ask(s);
-                    }
+                    if (two) feature("a second finger").ask(s);
+                    if (is_free) feature("a body that nothing holds").ask(s);
+                    if (rings) feature("modes").ask(s);
                     if (is_free && rings) s.body_modes->density_kg_per_m3 = 0.0;
                 };
                 std::string without = two ? "none" : "pair";
@@ -258,7 +235,6 @@ TEST_F(NamedByAScene, EveryCombinationPaysForItsPartsAlone) {
 
 // One patch touched: the code of a region with a border, and the tables of three nodes.
 TEST_F(NamedByAScene, ATouchRegionPaysForItsPatchesAlone) {
-    if (const std::string missing = missing_for_link(objects); !missing.empty()) GTEST_SKIP() << missing;
     const LinkedServo plain = link([](Scene&) {});
     bytes = 0;
     const LinkedServo top = link([](Scene& s) {

@@ -2,9 +2,12 @@
 // A tick of an emulated microcontroller beside the host's.
 #pragma once
 
+#include <gtest/gtest.h>
 #include <array>
 #include <cstdint>
-#include <cstring>
+#include <fstream>
+#include <sstream>
+#include <string>
 #include <vector>
 
 #include "host/target/image.hpp"
@@ -45,5 +48,31 @@ private:
 public:
     haptable_servo& servo = room_.fingers.servo[0];
 };
+
+/// Every tick of the path has the host's bits, or the test fails and ends; each(i, tick, host, out) sees it.
+template <typename Each>
+void expect_host_bits(const TargetImage& image, const haptable_model& model,
+                      const std::vector<std::array<float, 3>>& path_m, std::vector<TargetTick>& ticks, Each each) {
+    ticks = image.measure({model}, path_m);
+    HostTicks host(model, path_m);
+    for (std::size_t i = 0; i < path_m.size(); ++i) {
+        const haptable_output out = host.step(i);
+        ASSERT_TRUE(same(ticks[i].finger[0], out)) << "tick " << i;
+        each(ticks[i], host.servo, out);
+    }
+}
+
+/// The numbers behind these words in a file of counts, which whoever makes a tick dearer announces it in.
+inline std::vector<std::uint64_t> announced(const char* file, const std::string& words) {
+    std::ifstream lines(std::string("tests/firmware/") + file);
+    std::vector<std::uint64_t> counts;
+    for (std::string line; counts.empty() && std::getline(lines, line);) {
+        if (!line.starts_with(words)) continue;
+        std::istringstream numbers(line.substr(words.size()));
+        for (std::uint64_t count = 0; numbers >> count;) counts.push_back(count);
+    }
+    EXPECT_FALSE(counts.empty()) << file << " does not name " << words;
+    return counts;
+}
 
 }  // namespace haptable::test

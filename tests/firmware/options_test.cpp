@@ -3,45 +3,21 @@
 // elsewhere.
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
 #include <cmath>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "codegen/codegen.hpp"
-#include "codegen/in_memory.hpp"
-#include "firmware/haptable_bounds.h"
-#include "host/base/file.hpp"
 #include "host/target/strokes.hpp"
 #include "tests/bodies.hpp"
 #include "tests/finger.hpp"
+#include "tests/firmware/ways.hpp"
 #include "tests/shapes.hpp"
-#include "tests/temporary_folder.hpp"
 #include "tests/tolerance.hpp"
 
 namespace haptable::test {
 namespace {
 
 using Eigen::Vector3d;
-
-/// A cube whose every point is a spring of 500 N/m.
-class SpringBox {
-public:
-    SpringBox() : body_(box_shape(4, Vector3d(0.03, 0.03, 0.03))), blocks_(body_.servo().free_count) {
-        for (auto& block : blocks_) block = {500.0F, 500.0F, 500.0F, 0.0F, 0.0F, 0.0F};
-    }
-    haptable_model model() const {
-        haptable_model model = *body_.get();
-        model.stiffness_n_per_m = reinterpret_cast<const float(*)[6]>(blocks_.data());
-        model.stiffness_limit_n_per_m = 500.0F;
-        return model;
-    }
-
-private:
-    TestModel body_;
-    std::vector<std::array<float, 6>> blocks_;
-};
 
 struct EdgeRun {
     double largest_drop = 0.0, given = 0.0;
@@ -96,17 +72,13 @@ TEST(Release, GivesNothingOnRandomWays) {
     model.release_n = 0.02F;
     model.stiffness_limit_n_per_m = 400.0F;
     Finger finger(model);
-    std::mt19937 random(3);
-    std::uniform_real_distribution<double> anywhere(-0.01, 0.07);
-    Vector3d x(0.07, 0.07, 0.07), aim = x;
+    Wander wander(Vector3d::Constant(-0.01), Vector3d::Constant(0.07), 3e-4, 3);
     int released = 0, owing = 0;
     double given = 0.0, moved = 0.0;
-    finger.to(x);
+    finger.to(wander.next());
     for (int tick = 0; tick < 30000; ++tick) {
-        if ((aim - x).norm() < 3e-4) aim = {anywhere(random), anywhere(random), anywhere(random)};
-        x += 3e-4 * (aim - x).normalized();
         const Vector3d from = finger.at();
-        finger.to(x);
+        finger.to(wander.next());
         const Vector3d step = finger.at() - from;
         const double pushes = std::max(0.0, contact_force(finger).dot(step));
         moved += finger.force().norm() * step.norm();
@@ -184,14 +156,17 @@ TEST(Release, AForceThatBrakesMoreComesUpAtItsSlewAndIsPaid) {
     EXPECT_WITHIN(std::abs(last - 0.5), rounded);
 }
 
+haptable_model with_friction(haptable_model model, float at_rest = 0.5F, float moving = 0.4F) {
+    model.frictionless = model.god_object;
+    model.god_object = haptable_god_object_friction;
+    model.static_friction = at_rest;
+    model.kinetic_friction = moving;
+    return model;
+}
+
 TEST(Friction, SticksWithinTheStaticConeAndSlipsOnTheKineticOne) {
     const SpringBox box;
-    haptable_model model = box.model();
-    model.god_object = haptable_god_object_friction;
-    model.frictionless = haptable_god_object_nearest;
-    model.static_friction = 0.4F;
-    model.kinetic_friction = 0.3F;
-    Finger finger(model);
+    Finger finger(with_friction(box.model(), 0.4F, 0.3F));
     finger.to({0.010, 0.012, 0.031});
     for (int i = 0; i <= 40; ++i) finger.to({0.010, 0.012, 0.030 - 5e-5 * i});
     const Vector3d stuck = finger.god();
@@ -220,82 +195,11 @@ TEST(Friction, SticksWithinTheStaticConeAndSlipsOnTheKineticOne) {
     EXPECT_WITHIN((finger.god() - before).norm(), position);
 }
 
-haptable_model with_friction(haptable_model model) {
-    model.frictionless = model.god_object;
-    model.god_object = haptable_god_object_friction;
-    model.static_friction = 0.5F;
-    model.kinetic_friction = 0.4F;
-    return model;
-}
-
-// Where the god-object would be without friction goes with the finger: descended to anew it takes four energies and
-// more.
-TEST(Friction, ATickThatSlipsOnTakesOneEnergy) {
-    for (const ForceLaw force : every<ForceLaw>()) {
-        const ElasticBody body(cube_scene(5, 0.3), force, 0.01);
-        haptable_model model = with_friction(body.model(GodObject::kLeastEnergy));
-        haptable_room room{};
-        haptable_servo& servo = room.fingers.servo[0];
-        const haptable_freed& freed = room.freed[0];
-        haptable_output out{};
-        haptable_servo_init(&servo);
-        int slips = 0, once = 0;
-        for (int tick = 0; tick < 300; ++tick) {
-            const double deep = std::min(2e-3, 5e-5 * tick), aside = std::max(0.0, 4e-5 * (tick - 40));
-            const float x[3] = {float(0.009 + 0.8 * aside), float(0.011 + 0.6 * aside), float(0.0301 - deep)};
-            const std::uint16_t held = servo.contact.patch;
-            servo.counters.most_energies = servo.counters.most_held_steps = 0;
-            haptable_servo_step(&model, &servo, x, 0, &out);
-            if (servo.contact.slips == 0) continue;
-            if (freed.at.patch == held) {
-                EXPECT_EQ(servo.counters.most_held_steps, 0U) << "its line is on one patch";
-            }
-            ++slips;
-            once += servo.counters.most_energies == std::uint32_t{STEPS_OF_ENERGY} ? 1 : 0;
-        }
-        EXPECT_GT(slips, 100) << force;
-        EXPECT_GT(once, slips / 2) << force;
-    }
-}
-
-int loads_taken = 0;
-
-void count_loads(const haptable_model* model, const haptable_contact* contact, const float finger_m[3],
-                 haptable_energy_terms terms, haptable_energy* energy) {
-    loads_taken += terms == HAPTABLE_ENERGY_LOAD ? 1 : 0;
-    haptable_energy_consistent(model, contact, finger_m, terms, energy);
-}
-
-// Where the god-object is held at the very vertex where it would be without friction, nothing is tried.
-TEST(Friction, WhereNothingIsHeldBackOneLoadDoes) {
-    const ElasticBody body(mouse_scene(true), ForceLaw::kConsistent);
-    haptable_model model = with_friction(body.model(GodObject::kLeastEnergy));
-    model.energy = count_loads;
-    haptable_room room{};
-    haptable_servo& servo = room.fingers.servo[0];
-    const haptable_freed& freed = room.freed[0];
-    haptable_output out{};
-    haptable_servo_init(&servo);
-    int rests = 0;
-    Vector3d held(0, 0, 0);
-    for (const auto& x : walked(stroke_path(body.tables(), 20), 1e-4F)) {
-        loads_taken = 0;
-        haptable_servo_step(&model, &servo, x.data(), 0, &out);
-        const bool rested = held == to_vector(freed.at.god_object_m) && held == to_vector(out.god_object_m);
-        held = to_vector(out.god_object_m);
-        if (out.state != HAPTABLE_CONTACT || !rested) continue;
-        ++rests;
-        EXPECT_LE(loads_taken, 1);
-    }
-    EXPECT_GT(rests, 100);
-}
-
 // C of a contact that friction holds, or lets slip, is kept: the load there takes a solve, and has the bits that it has
 // where C is computed anew.
 TEST(Friction, KeepsTheComplianceWhereItHolds) {
     const ElasticBody body(mouse_scene(true), ForceLaw::kConsistent);
-    haptable_model model = with_friction(body.model(GodObject::kLeastEnergy));
-    model.energy = count_loads;
+    const haptable_model model = with_friction(body.model(GodObject::kLeastEnergy));
     haptable_room keeps{}, forgets{};
     for (haptable_room* each : {&keeps, &forgets}) haptable_servo_init(&each->fingers.servo[0]);
     int held = 0, slipped = 0;
@@ -304,16 +208,11 @@ TEST(Friction, KeepsTheComplianceWhereItHolds) {
         const bool is_kept = keeps.freed[0].has_compliance != 0;
         forgets.freed[0].has_compliance = 0;
         haptable_servo_step(&model, &forgets.fingers.servo[0], x.data(), 0, &anew);
-        loads_taken = 0;
         haptable_servo_step(&model, &keeps.fingers.servo[0], x.data(), 0, &out);
         ASSERT_EQ(to_vector(out.force_n), to_vector(anew.force_n));
         ASSERT_EQ(to_vector(out.god_object_m), to_vector(anew.god_object_m));
         if (!is_kept || out.state != HAPTABLE_CONTACT || keeps.freed[0].has_compliance == 0) continue;
-        const bool slips = keeps.fingers.servo[0].contact.slips != 0;
-        (slips ? slipped : held) += 1;
-        if (!slips) {
-            EXPECT_EQ(loads_taken, 0);
-        }
+        (keeps.fingers.servo[0].contact.slips != 0 ? slipped : held) += 1;
     }
     EXPECT_GT(held, 100);
     EXPECT_GT(slipped, 100);
@@ -338,56 +237,30 @@ TEST(Friction, AnEndedContactLeavesNothing) {
 
 TEST(Friction, TakesEnergyInClosedLoops) {
     const ElasticBody body(cube_scene(5, 0.3), ForceLaw::kConsistent);
-    haptable_model model = body.model(GodObject::kLeastEnergy);
-    model.frictionless = model.god_object;
-    model.god_object = haptable_god_object_friction;
-    model.force = haptable_force_consistent;
-    model.static_friction = model.kinetic_friction = 0.3F;
+    Finger finger(with_friction(body.model(GodObject::kLeastEnergy), 0.3F, 0.3F));
     std::mt19937 random(8);
     std::uniform_real_distribution<double> over(0.008, 0.022);
     for (int loop = 0; loop < 30; ++loop) {
-        Finger finger(model);
         const Vector3d a(over(random), over(random), 0.031), b(over(random), over(random), 0.028);
-        double given = 0.0, deepest = 0.0;
-        finger.to(a);
-        Vector3d x = a, f = Vector3d::Zero();
-        const auto go = [&](const Vector3d& to) {
-            const Vector3d from = x;
-            for (int i = 1; i <= 300; ++i) {
-                finger.to(from + (to - from) * i / 300.0);
-                given += 0.5 * (f + finger.force()).dot(finger.at() - x);
-                x = finger.at();
-                f = finger.force();
-                deepest = std::max(deepest, f.norm() * 0.001);
-            }
-        };
-        go({a.x(), a.y(), 0.028});
-        go(b);
-        go({a.x(), b.y(), 0.0275});
-        go({b.x(), b.y(), 0.031});
-        EXPECT_LT(given, -0.01 * deepest);
+        finger.begin();
+        const Work work =
+            walk(finger, {a, {a.x(), a.y(), 0.028}, b, {a.x(), b.y(), 0.0275}, {b.x(), b.y(), 0.031}}, 300);
+        EXPECT_LT(work.given_j, -0.01 * work.put_in_j);
     }
 }
 
-/// Round and round on the cube with the paper's force, which gives energy in one sense: what the user got, J.
+/// Round and round on the cube with the paper's force, which gives energy in one sense: what the user got, J, of forces
+/// that are held over a tick.
 double circle(const haptable_model& model, double sense) {
     Finger finger(model);
+    const Vector3d over(0.015, 0.015, 0.031), down(0, 0, -0.006), aside(sense * 0.0075, sense * 0.006, 0);
     double given = 0.0;
-    Vector3d x(0.015, 0.015, 0.031), f = Vector3d::Zero();
-    const auto to = [&](const Vector3d& next) {
-        finger.to(next);
-        given += f.dot(finger.at() - x);  // held over the tick
-        x = finger.at();
-        f = finger.force();
-    };
-    to(x);
-    for (int round = 0; round < 40; ++round) {
-        for (int i = 0; i < 150; ++i) to({0.015, 0.015, 0.031 - 4e-5 * i});
-        for (int i = 0; i < 150; ++i) to({0.015 + sense * 5e-5 * i, 0.015 + sense * 4e-5 * i, 0.025});
-        for (int i = 0; i < 150; ++i) to({0.015 + sense * 0.0075, 0.015 + sense * 0.006, 0.025 + 4e-5 * i});
-        for (int i = 0; i < 150; ++i)
-            to({0.015 + sense * (0.0075 - 5e-5 * i), 0.015 + sense * (0.006 - 4e-5 * i), 0.031});
-    }
+    for (int round = 0; round < 40; ++round)
+        walk({over, over + down, over + down + aside, over + aside, over}, 150, [&](const Vector3d& x) {
+            const Vector3d from = finger.at(), force = finger.force();
+            finger.to(x);
+            given += force.dot(finger.at() - from);
+        });
     return given;
 }
 
@@ -397,39 +270,30 @@ TEST(Passivity, TheControllerTakesBackWhatThePapersForceGives) {
     const double without = std::max(circle(model, 1.0), circle(model, -1.0));
     model.passivity = haptable_passivity_control;
     const double with = std::max(circle(model, 1.0), circle(model, -1.0));
-    printf("40 loops with the paper's force give %.2e J, with the controller %.2e J\n", without, with);
     EXPECT_GT(without, 1e-3);
     EXPECT_WITHIN(with, .epsilon = 0.02, .size = without);
 }
 
+// What the device renders, and no softer than needed. A body feels motion scale x force scale as stiff to the hand, and
+// a force that comes late gives more energy.
 TEST(Coupling, AutoLeavesNoPointStifferThanTheDeviceRenders) {
-    for (const ForceLaw force : every<ForceLaw>()) {
-        Scene scene = cube_scene(5, 0.49);
+    const auto felt = [](Scene scene, ForceLaw force, double stable_n_per_m) {
         scene.contact.auto_coupling = true;
         const ElasticBody body(scene, force, 0.008);
         const ServoStiffness& k = body.servo().stiffness;
-        const double stable_n_per_m = 2 * 0.005 / 1e-3 + 2 * 0.04 / 5e-4;
-        EXPECT_WITHIN(std::abs(k.stable_n_per_m - stable_n_per_m), .count = 8, .size = stable_n_per_m);
+        EXPECT_WITHIN(std::abs(k.stable_n_per_m - stable_n_per_m), .count = 16, .size = stable_n_per_m);
         EXPECT_GT(k.largest_n_per_m, k.stable_n_per_m) << "the test must need a coupling";
         EXPECT_WITHIN(k.felt_n_per_m / k.stable_n_per_m - 1.0, .count = 64, .epsilon = kFloat) << force;
-        EXPECT_WITHIN(1.0 - k.felt_n_per_m / k.stable_n_per_m, .epsilon = 1e-2) << "no softer than needed: " << force;
-    }
-}
-
-// A body feels motion scale x force scale as stiff to the hand, and a force that comes late gives more energy.
-TEST(Coupling, TheLimitFollowsTheScalesAndTheDelay) {
-    Scene scene = cube_scene(4, 0.3);
-    scene.device_map.motion_scale = 0.5;
-    scene.device_map.force_scale = 8.0;
-    scene.device.delay_s = 1e-3;
-    scene.contact.auto_coupling = true;
-    const ElasticBody body(scene, ForceLaw::kConsistent, 0.0);
-    const ServoStiffness& k = body.servo().stiffness;
-    const double stable_n_per_m = (0.005 + 0.04 / 0.5) / (0.5e-3 + 1e-3) / 4.0;
-    EXPECT_WITHIN(std::abs(k.stable_n_per_m - stable_n_per_m), .count = 16, .size = stable_n_per_m);
-    EXPECT_GT(k.largest_n_per_m, k.stable_n_per_m) << "the test must need a coupling";
-    EXPECT_WITHIN(k.felt_n_per_m / k.stable_n_per_m - 1.0, .count = 64, .epsilon = kFloat);
-    EXPECT_WITHIN(std::abs(body.model().max_force_n - 8.5 / 8.0), .count = 4, .epsilon = kFloat, .size = 8.5 / 8.0);
+        EXPECT_WITHIN(1.0 - k.felt_n_per_m / k.stable_n_per_m, .epsilon = 1e-2) << force;
+        return double(body.model().max_force_n);
+    };
+    for (const ForceLaw force : every<ForceLaw>()) felt(cube_scene(5, 0.49), force, 2 * 0.005 / 1e-3 + 2 * 0.04 / 5e-4);
+    Scene scaled = cube_scene(4, 0.3);
+    scaled.device_map.motion_scale = 0.5;
+    scaled.device_map.force_scale = 8.0;
+    scaled.device.delay_s = 1e-3;
+    const double most_n = felt(scaled, ForceLaw::kConsistent, (0.005 + 0.04 / 0.5) / (0.5e-3 + 1e-3) / 4.0);
+    EXPECT_WITHIN(std::abs(most_n - 8.5 / 8.0), .count = 4, .epsilon = kFloat, .size = 8.5 / 8.0);
 }
 
 // Two models of different modes, step by step in one program, give what each gives alone.
@@ -438,12 +302,13 @@ TEST(Modes, TwoModelsOfDifferentModesRunSideBySide) {
         mask(cube_scene(5, 0.49), ForceLaw::kPressureMask, 0.008);
     const haptable_model a = paper.model(), b = mask.model(GodObject::kLeastEnergy);
     Finger alone_a(a), alone_b(b), with_a(a), with_b(b);
-    for (int i = 0; i < 100; ++i) alone_a.to({0.012, 0.011, 0.0305 - 3e-5 * i});
-    for (int i = 0; i < 100; ++i) alone_b.to({0.012, 0.011, 0.0305 - 3e-5 * i});
-    for (int i = 0; i < 100; ++i) {
-        with_a.to({0.012, 0.011, 0.0305 - 3e-5 * i});
-        with_b.to({0.012, 0.011, 0.0305 - 3e-5 * i});
-    }
+    const auto press = [](std::vector<Finger*> fingers) {
+        for (int i = 0; i < 100; ++i)
+            for (Finger* finger : fingers) finger->to({0.012, 0.011, 0.0305 - 3e-5 * i});
+    };
+    press({&alone_a});
+    press({&alone_b});
+    press({&with_a, &with_b});
     EXPECT_EQ(alone_a.force(), with_a.force());
     EXPECT_EQ(alone_b.force(), with_b.force());
     EXPECT_NE(alone_a.force(), alone_b.force());

@@ -5,14 +5,14 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <random>
 
 #include "codegen/in_memory.hpp"
 #include "codegen/pair.hpp"
-#include "firmware/haptable_pair.h"
 #include "tests/bodies.hpp"
-#include "tests/finger.hpp"
 #include "tests/hand.hpp"
+#include "tests/scene_session.hpp"
 
 namespace haptable::test {
 namespace {
@@ -32,11 +32,7 @@ protected:
     /// J: the most that all hands were given since the session's begin, less what they gave.
     double most_given(const haptable_model& model, std::uint32_t seed) const {
         const haptable_pair_model tables = pair_in_memory(coupling_, body_.tables(), model);
-        haptable_room room{};
-        haptable_pair& pair = room.fingers;
-        haptable_servo servo;
-        haptable_pair_init(&tables, &pair);
-        haptable_servo_init(&servo);
+        SceneSession session(model, fingers() == 2 ? &tables : nullptr, nullptr, nullptr);
         std::mt19937 random(seed);
         std::uniform_real_distribution<double> over(0.0, 0.03), height(0.01, 0.04);
         Hand hand[2];
@@ -49,14 +45,9 @@ protected:
         for (std::uint32_t tick = 0; tick < 1000 * kSeconds; ++tick) {
             if (tick % 500 == 0)
                 for (Hand& one : hand) one.wants_m = {over(random), over(random), height(random)};
-            const Eigen::Vector3f first = hand[0].at_m.cast<float>(), second = hand[1].at_m.cast<float>();
-            haptable_output out[2];
-            if (fingers() == 2)
-                haptable_pair_step(&tables, &pair, first.data(), second.data(), 1000 * tick, out);
-            else
-                haptable_servo_step(&model, &servo, first.data(), 1000 * tick, out);
+            session.step(hand[0].at_m, fingers() == 2 ? std::optional(hand[1].at_m) : std::nullopt);
             for (int f = 0; f < fingers(); ++f) {
-                const Vector3d from = hand[f].at_m, force = to_vector(out[f].force_n);
+                const Vector3d from = hand[f].at_m, force = session.force(std::size_t(f));
                 hand[f].move(force);
                 given += force.dot(hand[f].at_m - from);
             }

@@ -3,9 +3,8 @@
 // more than a tick has.
 #include <gtest/gtest.h>
 
-#include <array>
-#include <bit>
 #include <cmath>
+#include <cstring>
 #include <random>
 
 #include "tests/finger.hpp"
@@ -107,54 +106,30 @@ TEST(Search, NoFastWayVisitsMoreBoxesThanStated) {
         }
         EXPECT_LE(most, stated) << shape.name;
         EXPECT_GT(3 * most, stated) << shape.name;
-        printf("%s, %zu boxes: stated %zu, found %zu\n", shape.name.c_str(), model.servo().box.size(), stated, most);
     }
 }
 
 /// A servo, and one that forgets at every tick what it knows of the air around the finger: so it searches every path.
-class WithAndWithoutClearance {
-public:
-    explicit WithAndWithoutClearance(const TestModel& model) : model_(*model.get()) {
-        haptable_servo_init(&with_);
-        haptable_servo_init(&without_);
-    }
+struct WithAndWithoutClearance {
+    explicit WithAndWithoutClearance(const TestModel& model) : with(model), without(model) {}
 
-    /// One tick of both: 1 where they have the same bits of force, god-object and path.
+    /// One tick of both: true where they have the same bits of force, god-object and path.
     bool to(const Vector3d& x) {
-        const std::array<float, 3> finger_m{float(x[0]), float(x[1]), float(x[2])};
-        haptable_output out{}, searched{};
-        if (without_.contact.patch == HAPTABLE_NONE && without_.segment.unfinished == 0) without_.segment.fraction = 0;
-        haptable_servo_step(&model_, &with_, finger_m.data(), time_us_ += HAPTABLE_TICK_US, &out);
-        haptable_servo_step(&model_, &without_, finger_m.data(), time_us_, &searched);
-        boxes_ += with_.segment.boxes;
-        searches_ += with_.segment.boxes > 0 ? 1U : 0U;
-        boxes_without_ += without_.segment.boxes;
-        contact_ticks_ += std::size_t(haptable_touches(out.state));
-        return out.patch == searched.patch && with_.counters.contacts == without_.counters.contacts &&
-               same(out.force_n, searched.force_n) && same(out.god_object_m, searched.god_object_m) &&
-               same(with_.segment.to_m, without_.segment.to_m);
+        haptable_servo& forgets = without.servo();
+        if (forgets.contact.patch == HAPTABLE_NONE && forgets.segment.unfinished == 0) forgets.segment.fraction = 0;
+        const haptable_output &out = with.to(x), &searched = without.to(x);
+        const haptable_segment &segment = with.servo().segment, &all = without.servo().segment;
+        boxes += segment.boxes;
+        searches += segment.boxes > 0 ? 1U : 0U;
+        boxes_without += all.boxes;
+        return out.patch == searched.patch && with.counters().contacts == without.counters().contacts &&
+               std::memcmp(out.force_n, searched.force_n, sizeof out.force_n) == 0 &&
+               std::memcmp(out.god_object_m, searched.god_object_m, sizeof out.god_object_m) == 0 &&
+               std::memcmp(segment.to_m, all.to_m, sizeof all.to_m) == 0;
     }
 
-    std::size_t boxes() const { return boxes_; }
-    std::size_t searches() const { return searches_; }
-    std::size_t boxes_without() const { return boxes_without_; }
-    std::size_t contact_ticks() const { return contact_ticks_; }
-
-private:
-    static bool same(const float a[3], const float b[3]) {
-        for (int c = 0; c < 3; ++c)
-            if (std::bit_cast<std::uint32_t>(a[c]) != std::bit_cast<std::uint32_t>(b[c])) return false;
-        return true;
-    }
-
-    haptable_model model_;
-    haptable_servo with_{};
-    haptable_servo without_{};
-    std::uint32_t time_us_ = 0;
-    std::size_t boxes_ = 0;
-    std::size_t searches_ = 0;
-    std::size_t boxes_without_ = 0;
-    std::size_t contact_ticks_ = 0;
+    Finger with, without;
+    std::size_t boxes = 0, searches = 0, boxes_without = 0;
 };
 
 const std::vector<Shape>& shapes() {
@@ -178,11 +153,9 @@ TEST(Search, AHoveringFingerSearchesSeldom) {
         const double angle = 0.1 / 32.0 * tick;
         ASSERT_TRUE(finger.to(0.032 * Vector3d(std::cos(angle), 0.6 * std::sin(angle), 0.8 * std::sin(angle))));
     }
-    EXPECT_EQ(finger.contact_ticks(), 0U);
-    EXPECT_LT(2 * finger.boxes(), finger.boxes_without());
-    EXPECT_LT(finger.searches(), 1000U);
-    printf("boxes a tick: %.2f, %.2f without clearance\n", double(finger.boxes()) / 2000.0,
-           double(finger.boxes_without()) / 2000.0);
+    EXPECT_EQ(finger.with.counters().contact_ticks, 0U);
+    EXPECT_LT(2 * finger.boxes, finger.boxes_without);
+    EXPECT_LT(finger.searches, 1000U);
 }
 
 /// How far a finger goes in a tick: sizes from a thousandth of the body's on, and now and then a jump.
@@ -209,10 +182,8 @@ TEST(Search, AClearanceChangesNoBitOfAnyStroke) {
                 x += way.normalized() * std::min(way.norm(), stride(random, model.size()));
                 ASSERT_TRUE(finger.to(x)) << shape.name << " tick " << tick;
             }
-            EXPECT_GT(finger.contact_ticks(), 1000U) << shape.name;
-            EXPECT_LT(finger.boxes(), finger.boxes_without()) << shape.name;
-            printf("%s: %zu of 20000 ticks in contact, boxes %zu, %zu without clearance\n", shape.name.c_str(),
-                   finger.contact_ticks(), finger.boxes(), finger.boxes_without());
+            EXPECT_GT(finger.with.counters().contact_ticks, 1000U) << shape.name;
+            EXPECT_LT(finger.boxes, finger.boxes_without) << shape.name;
         }
 }
 

@@ -89,42 +89,39 @@ const char* const kHeader =
     "extern const struct law haptable_law;\nstruct box {\nfar_fn* put;\n};\nfar_fn haptable_deep;\n";
 const char* const kDeep = "int haptable_deep(int x) { volatile int room[250]; room[0] = x; return room[0]; }\n";
 
-TEST_F(StackOf, AConstStructIsWhatItHolds) {
-    const Outcome found = of(kHeader, std::string(kDeep) +
-                                          "const struct law haptable_law = {2, haptable_deep};\n"
-                                          "int haptable_go(int x) { const struct law* volatile law = &haptable_law; "
-                                          "const struct law* it = law; return it->far(x) + 1; }\n");
-    ASSERT_EQ(found.status, 0) << found.err;
-    EXPECT_GT(rows_of(found.out)["haptable_go"], 800) << found.out;
+TEST_F(StackOf, ACallThroughAPointerIsFollowed) {
+    constexpr std::pair<const char*, const char*> kCalls[] = {
+        {"what a const struct holds",
+         "const struct law haptable_law = {2, haptable_deep};\n"
+         "int haptable_go(int x) { const struct law* volatile law = &haptable_law; "
+         "const struct law* it = law; return it->far(x) + 1; }\n"},
+        {"what code assigns",
+         "int haptable_go(int x) {\n"
+         "    struct box box;\n"
+         "    struct box* volatile at = &box;\n"
+         "    struct box* it = at;\n"
+         "    it->put = haptable_deep;\n"
+         "    it = at;\n"
+         "    return it->put(x) + 1;\n"
+         "}\n"},
+    };
+    for (const auto& [name, code] : kCalls) {
+        const Outcome found = of(kHeader, std::string(kDeep) + code);
+        ASSERT_EQ(found.status, 0) << name << found.err;
+        EXPECT_GT(rows_of(found.out)["haptable_go"], 800) << name << found.out;
+    }
 }
 
-TEST_F(StackOf, AFunctionThatCodeAssignsIsFound) {
-    const Outcome found = of(kHeader, std::string(kDeep) +
-                                          "int haptable_go(int x) {\n"
-                                          "    struct box box;\n"
-                                          "    struct box* volatile at = &box;\n"
-                                          "    struct box* it = at;\n"
-                                          "    it->put = haptable_deep;\n"
-                                          "    it = at;\n"
-                                          "    return it->put(x) + 1;\n"
-                                          "}\n");
-    ASSERT_EQ(found.status, 0) << found.err;
-    EXPECT_GT(rows_of(found.out)["haptable_go"], 800) << found.out;
-}
-
-TEST_F(StackOf, ACallThatNoStructExplainsIsAnError) {
-    const Outcome found = of(kHeader, std::string(kDeep) +
-                                          "int haptable_go(int x) { far_fn* volatile any = haptable_deep; "
-                                          "return any(x) + 1; }\n");
-    EXPECT_EQ(found.status, 1) << found.out;
-    EXPECT_NE(found.err.find("haptable_go calls through a pointer that is no member"), std::string::npos) << found.err;
-    EXPECT_NE(found.err.find("firmware/haptable_go.c:3:"), std::string::npos) << found.err;
-}
-
-TEST_F(StackOf, RecursionIsAnError) {
-    const Outcome found = of("", "int haptable_go(int x) { return x > 0 ? haptable_go(x - 1) + 1 : 0; }\n");
-    EXPECT_EQ(found.status, 1) << found.out;
-    EXPECT_NE(found.err.find("recursion: haptable_go > haptable_go"), std::string::npos) << found.err;
+TEST_F(StackOf, WhatNothingBoundsIsAnError) {
+    const Outcome any = of(kHeader, std::string(kDeep) +
+                                        "int haptable_go(int x) { far_fn* volatile any = haptable_deep; "
+                                        "return any(x) + 1; }\n");
+    EXPECT_EQ(any.status, 1) << any.out;
+    EXPECT_NE(any.err.find("haptable_go calls through a pointer that is no member"), std::string::npos) << any.err;
+    EXPECT_NE(any.err.find("firmware/haptable_go.c:3:"), std::string::npos) << any.err;
+    const Outcome itself = of("", "int haptable_go(int x) { return x > 0 ? haptable_go(x - 1) + 1 : 0; }\n");
+    EXPECT_EQ(itself.status, 1) << itself.out;
+    EXPECT_NE(itself.err.find("recursion: haptable_go > haptable_go"), std::string::npos) << itself.err;
 }
 
 }  // namespace

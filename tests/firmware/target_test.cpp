@@ -3,12 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
-#include <cstdlib>
-#include <cstring>
-#include <fstream>
 #include <limits>
-#include <random>
 
 #include "codegen/in_memory.hpp"
 #include "firmware/haptable_bounds.h"
@@ -100,20 +95,6 @@ TEST_P(Target, AnEstimatedSlidingTickTakesFewerCyclesThanThePapers) {
     EXPECT_LT(*cycles, 2400U);
 }
 
-struct Reference {
-    std::uint64_t sliding_median = 0, sliding_worst = 0, first_worst = 0, jump_worst = 0;
-};
-
-Reference reference_of(const std::string& scene, const std::string& target) {
-    std::ifstream file("tests/firmware/instructions.txt");
-    std::string line;
-    std::getline(file, line);  // what the columns are
-    Reference r;
-    for (std::string s, t; file >> s >> t >> r.sliding_median >> r.sliding_worst >> r.first_worst >> r.jump_worst;)
-        if (s == scene && t == target) return r;
-    return {};
-}
-
 // The bound beside the kernel: every tick costs at most its steps times the cost of a step, its boxes times that of a
 // box, and a rest; the most steps that a tick may take, times their cost, stay under 14,000 on the cube and the mouse,
 // and the most boxes besides, a tick that begins contact after two that it let go, under 1 ms at 168 MHz.
@@ -157,13 +138,12 @@ TEST_P(Target, TakesNoMoreInstructionsThanBefore) {
                                        std::to_string(counts.sliding.worst) + " " +
                                        std::to_string(counts.first_contact.worst) + " " +
                                        std::to_string(counts.jump.worst));
-    const Reference r = reference_of(scene, target);
-    ASSERT_GT(r.sliding_median, 0U) << "tests/firmware/instructions.txt does not name it";
-    const auto limit = [](std::uint64_t reference) { return reference + reference / 20; };
-    EXPECT_LE(counts.sliding.median, r.sliding_median + r.sliding_median / 50);
-    EXPECT_LE(counts.sliding.worst, limit(r.sliding_worst));
-    EXPECT_LE(counts.first_contact.worst, limit(r.first_worst));
-    EXPECT_LE(counts.jump.worst, limit(r.jump_worst));
+    const std::vector<std::uint64_t> then = announced("instructions.txt", scene + " " + target + " ");
+    ASSERT_EQ(then.size(), 4U);
+    EXPECT_LE(counts.sliding.median, then[0] + then[0] / 50);
+    EXPECT_LE(counts.sliding.worst, then[1] + then[1] / 20);
+    EXPECT_LE(counts.first_contact.worst, then[2] + then[2] / 20);
+    EXPECT_LE(counts.jump.worst, then[3] + then[3] / 20);
     EXPECT_LT(counts.sliding.median, 1500U);
     EXPECT_LT(counts.sliding.worst, 12000U);
 }
