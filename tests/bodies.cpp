@@ -15,6 +15,7 @@
 #include "host/compliance/compliance.hpp"
 #include "host/inverse/factor.hpp"
 #include "host/mesh/write_tetgen.hpp"
+#include "host/strokes/motion.hpp"
 
 namespace haptable::test {
 
@@ -23,6 +24,20 @@ namespace {
 using Eigen::Vector3d;
 
 bool always(int, int, int) { return true; }
+
+void touch_by(ForceLaw force, double mask_radius_m, Scene& scene) {
+    scene.contact.force = force;
+    scene.contact.mask_radius_m = force == ForceLaw::kPressureMask ? mask_radius_m : 0.0;
+}
+
+/// sum v_i w_j L_ij.
+Eigen::Matrix3d between(const Eigen::MatrixXd& l, const Eigen::VectorXd& v, const Eigen::VectorXd& w) {
+    Eigen::Matrix3d c = Eigen::Matrix3d::Zero();
+    for (Eigen::Index i = 0; i < v.size(); ++i)
+        for (Eigen::Index j = 0; j < w.size(); ++j)
+            if (v[i] != 0.0 && w[j] != 0.0) c += v[i] * w[j] * l.block<3, 3>(3 * i, 3 * j);
+    return c;
+}
 
 }  // namespace
 
@@ -120,8 +135,7 @@ Cells torus_cells(int around, int across, double major, double minor) {
 }
 
 ElasticBody::ElasticBody(Scene scene, ForceLaw force, double mask_radius_m) {
-    scene.contact.force = force;
-    scene.contact.mask_radius_m = force == ForceLaw::kPressureMask ? mask_radius_m : 0.0;
+    touch_by(force, mask_radius_m, scene);
     load(scene);
 }
 
@@ -132,8 +146,7 @@ ElasticBody::ElasticBody(const Cells& cells, const std::string& name, ForceLaw f
     scene.name = name;
     scene.mesh.file = write_tetgen(mesh.position_m, mesh.tet, folder_.path() / name);
     scene.material = {1e4, 0.3};
-    scene.contact.force = force;
-    scene.contact.mask_radius_m = force == ForceLaw::kPressureMask ? mask_radius_m : 0.0;
+    touch_by(force, mask_radius_m, scene);
     for (const Vector3d& x : mesh.position_m) {  // a box around each held node: the cells are larger than its slack
         if (!cells.held(x)) continue;
         const double e = 1e-9;
@@ -205,15 +218,7 @@ Tables ElasticBody::tables(const TouchOptions& options) const {
 }
 
 Eigen::Matrix3d ElasticBody::coupling(const haptable_contact& a, const haptable_contact& b) const {
-    const auto of = [](const haptable_contact& at) {
-        return Vector3d(double(at.alpha[0]), double(at.alpha[1]), double(at.alpha[2]));
-    };
-    const Eigen::VectorXd v = weights(a.patch, of(a)), w = weights(b.patch, of(b));
-    Eigen::Matrix3d c = Eigen::Matrix3d::Zero();
-    for (Eigen::Index i = 0; i < v.size(); ++i)
-        for (Eigen::Index j = 0; j < w.size(); ++j)
-            if (v[i] != 0.0 && w[j] != 0.0) c += v[i] * w[j] * compliance().block<3, 3>(3 * i, 3 * j);
-    return c;
+    return between(compliance(), weights(a.patch, to_vector(a.alpha)), weights(b.patch, to_vector(b.alpha)));
 }
 
 Eigen::VectorXd ElasticBody::weights(int patch, const Vector3d& alpha) const {
@@ -245,11 +250,7 @@ Eigen::VectorXd ElasticBody::weights(int patch, const Vector3d& alpha) const {
 
 Eigen::Matrix3d ElasticBody::compliance_at(int patch, const Vector3d& alpha) const {
     const Eigen::VectorXd w = weights(patch, alpha);
-    Eigen::Matrix3d c = Eigen::Matrix3d::Zero();
-    for (Eigen::Index i = 0; i < w.size(); ++i)
-        for (Eigen::Index j = 0; j < w.size(); ++j)
-            if (w[i] != 0.0 && w[j] != 0.0) c += w[i] * w[j] * compliance().block<3, 3>(3 * i, 3 * j);
-    return c;
+    return between(compliance(), w, w);
 }
 
 int ElasticBody::patch_over(double x, double y, Vector3d& alpha) const {
@@ -294,13 +295,8 @@ Vector3d random_alpha(std::mt19937& random) {
 haptable_contact contact_at(const ElasticBody& body, int patch, const Vector3d& alpha) {
     haptable_contact contact{};
     contact.patch = std::uint16_t(patch);
-    Vector3d rounded;
-    for (int c = 0; c < 3; ++c) {
-        contact.alpha[c] = float(alpha[c]);
-        rounded[c] = double(contact.alpha[c]);
-    }
-    const Vector3d g = body.point(patch, rounded);
-    for (int c = 0; c < 3; ++c) contact.god_object_m[c] = float(g[c]);
+    std::copy_n(alpha.data(), 3, contact.alpha);
+    std::copy_n(body.point(patch, to_vector(contact.alpha)).data(), 3, contact.god_object_m);
     return contact;
 }
 

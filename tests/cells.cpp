@@ -2,6 +2,7 @@
 #include "tests/cells.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
@@ -97,6 +98,14 @@ TetMesh sliver_mesh(int n, double radius_ratio) {
         for (int j = 0; j < n; ++j)
             add_tet(mesh, {node(i, j, 1), node(i + 1, j + 1, 1), node(i + 1, j, 1), node(i, j + 1, 1)});
     return mesh;
+}
+
+double lowest_tenth_m(const TetMesh& mesh) {
+    std::vector<double> z;
+    for (const Vector3d& x : mesh.position_m) z.push_back(x.z());
+    const auto tenth = z.begin() + static_cast<std::ptrdiff_t>(z.size() / 10);
+    std::nth_element(z.begin(), tenth, z.end());
+    return *tenth + 1e-9;
 }
 
 }  // namespace haptable::test

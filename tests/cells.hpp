@@ -23,4 +23,7 @@ TetMesh mesh_of(const Cells& cells);
 /// four nodes near the corners of a square, of this radius ratio (three inradii over the circumradius).
 TetMesh sliver_mesh(int n, double radius_ratio);
 
+/// A height below which a tenth of its nodes lies.
+double lowest_tenth_m(const TetMesh& mesh);
+
 }  // namespace haptable::test

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <vector>
 
-#include "codegen/body_modes.hpp"
 #include "codegen/in_memory.hpp"
-#include "codegen/pair.hpp"
+#include "codegen/loaded_scene.hpp"
 #include "tests/bodies.hpp"
 #include "tests/finger.hpp"
 
@@ -36,39 +36,31 @@ class Jelly {
 public:
     explicit Jelly(const Scene& scene) {
         Progress quiet(true);
-        result_ = precompute(scene, folder_.path() / "out", quiet);
-        tables_ = read_tables(folder_.path() / "out");
-        servo_ = build_model(tables_);
-        if (scene.contact.fingers == 2) coupling_ = build_pair(*read_pair(folder_.path() / "out"), tables_, servo_);
-        if (!scene.body_modes) return;
-        files_ = *read_modes(folder_.path() / "out");
-        body_modes_ = build_modes(files_, tables_, servo_);
+        precompute(scene, folder_.path() / "out", quiet);
+        loaded_.emplace(TablesFolder(folder_.path() / "out"));
     }
     haptable_model model(GodObject god_object = GodObject::kNearest, double friction = 0.0) const {
-        Tables tables = tables_;
-        tables.god_object = god_object;
-        tables.static_friction = tables.kinetic_friction = friction;
-        return model_in_memory(tables, servo_);
+        return model_in_memory(touched(god_object, friction), loaded_->servo());
     }
-    haptable_modes modes() const { return modes_in_memory(body_modes_); }
+    /// Of one that does not ring: none.
+    haptable_modes modes() const { return loaded_->modes() != nullptr ? *loaded_->modes() : haptable_modes{}; }
     /// Of a scene with two fingers; model: of the same god-object and friction.
     haptable_pair_model pair(const haptable_model& model, GodObject god_object = GodObject::kNearest) const {
-        Tables tables = tables_;
-        tables.god_object = god_object;
-        return pair_in_memory(coupling_, tables, model);
+        return pair_in_memory(*loaded_->servo_pair(), touched(god_object, 0.0), model);
     }
-    const ModeTables& files() const { return files_; }
-    const Result& result() const { return result_; }
-    double felt_n_per_m() const { return servo_.stiffness.felt_n_per_m; }
+    const ModeTables& files() const { return *loaded_->body_modes(); }
+    double felt_n_per_m() const { return loaded_->servo().stiffness.felt_n_per_m; }
 
 private:
+    Tables touched(GodObject god_object, double friction) const {
+        Tables tables = loaded_->tables();
+        tables.god_object = god_object;
+        tables.static_friction = tables.kinetic_friction = friction;
+        return tables;
+    }
+
     TemporaryFolder folder_;
-    Result result_;
-    Tables tables_;
-    ServoModel servo_;
-    ModeTables files_;
-    ServoModes body_modes_;
-    ServoPair coupling_;
+    std::optional<LoadedScene> loaded_;
 };
 
 /// A force, a number each tick, swings about its last one by omega and falls off by exp(-decay t). A midpoint step is

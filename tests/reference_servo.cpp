@@ -111,68 +111,14 @@ static inline double vec_inverse_root_by(double x, int) { return x > 0.0 ? 1.0 /
 #include "firmware/haptable_servo.c"
 // clang-format on
 #pragma GCC diagnostic pop
+// Those that the tables in float name; the others keep their other names to the file's end.
 #undef float
 #undef restrict
-#undef haptable_servo_init
-#undef haptable_servo_begin
-#undef haptable_servo_step
-#undef haptable_servo_watch
-#undef haptable_servo_buttons
 #undef haptable_god_object_nearest
-#undef haptable_god_object_least_energy
 #undef haptable_force_interpolated
 #undef haptable_force_consistent
-#undef haptable_force_consistent_packed
 #undef haptable_force_pressure_mask
-#undef haptable_force_pressure_mask_packed
 #undef haptable_force_of_least_energy
-#undef haptable_energy_interpolated
-#undef haptable_energy_consistent
-#undef haptable_energy_consistent_packed
-#undef haptable_energy_pressure_mask
-#undef haptable_energy_pressure_mask_packed
-#undef haptable_god_object_friction
-#undef haptable_unpack_float16
-#undef haptable_unpack_int16
-#undef haptable_release_slew
-#undef haptable_passivity_control
-#undef haptable_god_object_grab
-#undef haptable_plausible_motion
-#undef haptable_limit_force
-#undef haptable_limit_rate
-#undef haptable_limit_mean
-#undef haptable_resume_ramp
-#undef haptable_check_crc
-#undef haptable_crc_of
-#undef haptable_span_of_model
-#undef haptable_span_of_compliance
-#undef haptable_touches
-#undef haptable_hinges_of_table
-#undef haptable_slivers_of_patches
-#undef haptable_slivers_of_corners
-#undef haptable_model_surface
-#undef haptable_relaxed_of
-#undef haptable_freed_of
-#undef haptable_stiffening
-#undef haptable_stiffened_of
-#undef haptable_pair_relaxation_stiffening
-#undef haptable_release_slew_stiffening
-#undef haptable_relaxation_stiffening
-#undef haptable_relaxation_held_stiffening
-#undef haptable_relaxation
-#undef haptable_init
-#undef haptable_step
-#undef haptable_watch
-#undef haptable_check
-#undef haptable_counters_of
-#undef haptable_pose_of
-#undef haptable_swing_of
-#undef haptable_deform
-#undef haptable_line_begin
-#undef haptable_line
-#undef haptable_tool_watch
-#undef haptable_tool_point_of
-#undef haptable_relaxation_held
 
 }  // namespace haptable::test::reference
 

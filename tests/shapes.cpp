@@ -7,7 +7,6 @@
 #include <functional>
 #include <map>
 #include <numbers>
-#include <random>
 
 #include "codegen/in_memory.hpp"
 
@@ -81,7 +80,7 @@ std::array<double, 9> made_up_block(std::mt19937& random) {
     for (int i = 0; i < 9; ++i) a(i / 3, i % 3) = uniform(random);
     const Eigen::Matrix3d s = 60.0 * a * a.transpose() + 50.0 * Eigen::Matrix3d::Identity();
     std::array<double, 9> block{};
-    for (int i = 0; i < 9; ++i) block[static_cast<std::size_t>(i)] = s(i / 3, i % 3);
+    std::copy_n(s.data(), 9, block.begin());  // symmetric
     return block;
 }
 
@@ -214,18 +213,14 @@ TestModel::TestModel(const Shape& shape, double fixed_below_z, GodObject god_obj
 double TestModel::size() const { return static_cast<double>(servo_.tolerance_m) * 0x1p20; }
 
 Vector3d TestModel::corner(int patch, int c) const {
-    const auto v = servo_.patch[static_cast<std::size_t>(patch)][static_cast<std::size_t>(c)];
-    const auto& x = servo_.vertex_m[v];
-    return {static_cast<double>(x[0]), static_cast<double>(x[1]), static_cast<double>(x[2])};
+    const auto vertex = servo_.patch[static_cast<std::size_t>(patch)][static_cast<std::size_t>(c)];
+    return Eigen::Vector3f(servo_.vertex_m[vertex].data()).cast<double>();
 }
 
 Eigen::Matrix3d TestModel::stiffness(int vertex) const {
     if (static_cast<std::size_t>(vertex) >= servo_.free_count)
         return tables_.rigid_stiffness_n_per_m * Eigen::Matrix3d::Identity();
-    Eigen::Matrix3d s;
-    for (int i = 0; i < 9; ++i)
-        s(i / 3, i % 3) = tables_.stiffness[static_cast<std::size_t>(vertex)][static_cast<std::size_t>(i)];
-    return s;
+    return Eigen::Matrix3d(tables_.stiffness[static_cast<std::size_t>(vertex)].data());  // symmetric
 }
 
 Vector3d TestModel::nearest(const Vector3d& x) const {

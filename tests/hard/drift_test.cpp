@@ -6,41 +6,40 @@
 #include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <vector>
 
-#include "codegen/laws.hpp"
+#include "codegen/in_memory.hpp"
+#include "host/session/scene.hpp"
 #include "tests/bodies.hpp"
+#include "tests/finger.hpp"
 
 namespace haptable::test {
 namespace {
 
-constexpr int kLap = 1000;
+constexpr std::size_t kLap = 1000;
 
 using Path = std::vector<std::array<float, 3>>;
 
-/// A lap over the top of the cube and its rim, in and out, that closes: [kLap][3].
-Path lap() {
+/// A lap that closes, of the turn's place: [kLap][3].
+template <typename Place>
+Path lap_of(const Place& place) {
     Path path;
-    for (int tick = 0; tick < kLap; ++tick) {
-        const double turn = 2.0 * 3.14159265358979323846 * tick / kLap;
-        path.push_back({float(0.015 + 0.012 * std::cos(turn)), float(0.015 + 0.016 * std::sin(turn)),
-                        float(0.0285 + 0.0025 * std::cos(5.0 * turn))});
-    }
+    for (std::size_t tick = 0; tick < kLap; ++tick)
+        path.push_back(to_finger(Eigen::Vector3d(place(2.0 * std::numbers::pi * double(tick) / kLap)).data()));
     return path;
 }
 
-/// A lap that stays in contact, a standing circle 3 mm below the cube's top.
-Path lap_below(double radius_m) {
-    Path path;
-    for (int tick = 0; tick < kLap; ++tick) {
-        const double turn = 2.0 * 3.14159265358979323846 * tick / kLap;
-        path.push_back({float(0.015 + radius_m * std::cos(turn)), 0.015F, float(0.027 + radius_m * std::sin(turn))});
-    }
-    return path;
+/// Over the top of the cube and its rim, in and out.
+Path lap() {
+    return lap_of([](double turn) {
+        return Eigen::Vector3d(0.015 + 0.012 * std::cos(turn), 0.015 + 0.016 * std::sin(turn),
+                               0.0285 + 0.0025 * std::cos(5.0 * turn));
+    });
 }
 
 struct Ran {
-    haptable_servo servo;
+    haptable_servo servo{};
     std::uint64_t changed = 0;  ///< ticks whose force is not that of the second lap, bit for bit
     double most_given_j = 0.0, most_force_n = 0.0;
 };
@@ -49,7 +48,7 @@ struct Ran {
 /// first.
 Ran go_around(const haptable_model& model, std::uint32_t laps, const Path& path = lap(), const Path& approach = {}) {
     Path second(kLap);
-    Ran ran{};
+    Ran ran;
     haptable_servo_init(&ran.servo);
     haptable_output out{};
     std::uint32_t now_us = 0;
@@ -59,10 +58,9 @@ Ran go_around(const haptable_model& model, std::uint32_t laps, const Path& path 
             haptable_servo_step(&model, &ran.servo, path[tick].data(), now_us += HAPTABLE_TICK_US, &out);
             if (haptable_servo_watch(&ran.servo, now_us + 1, &out) != 0) ++ran.changed;  // it was not silent
             ran.most_given_j = std::max(ran.most_given_j, double(ran.servo.given_j));
-            ran.most_force_n = std::max(ran.most_force_n, std::hypot(double(out.force_n[0]), double(out.force_n[1]),  //
-                                                                     double(out.force_n[2])));
+            ran.most_force_n = std::max(ran.most_force_n, to_vector(out.force_n).norm());
             if (l == 1) std::memcpy(second[tick].data(), out.force_n, sizeof out.force_n);
-            if (l > 1) ran.changed += std::memcmp(second[tick].data(), out.force_n, sizeof out.force_n) != 0;
+            if (l > 1) ran.changed += !same_bits(second[tick], out.force_n);
         }
     return ran;
 }
@@ -80,31 +78,25 @@ TEST(HardDrift, TenMillionTicksGiveTheSameForcesLapAfterLap) {
 }
 
 TEST(HardDrift, NorDoOtherModesDrift) {
-    for (const ForceLaw force : {ForceLaw::kConsistent, ForceLaw::kPressureMask}) {
-        const ElasticBody cube(cube_scene(5, 0.49), force, 0.012);
-        for (const GodObject god_object : every<GodObject>()) {
-            SCOPED_TRACE(testing::Message() << word(force) << " " << word(god_object));
-            EXPECT_EQ(go_around(cube.model(god_object), 500).changed, 0U);
-        }
-    }
+    for (const ForceLaw force : {ForceLaw::kConsistent, ForceLaw::kPressureMask})
+        for (const GodObject god_object : every<GodObject>())
+            EXPECT_EQ(go_around(body_of_modes("cube", force).model(god_object), 500).changed, 0U)
+                << word(force) << " " << word(god_object);
 }
 
 // What was given less what was taken is a sum of all ticks: it is the one number that could drift. A spring that is
 // held over a tick gives half its stiffness times the step's square, around a closed circle too; the brake takes it
-// back.
+// back. The lap stays in contact, a standing circle 3 mm below the cube's top.
 TEST(HardDrift, NorDoesTheEnergyThatPassivityCounts) {
     constexpr double kRadius_m = 0.002;
-    constexpr std::uint32_t kLaps = 1'000;
     const ElasticBody cube(cube_scene(5, 0.49), ForceLaw::kInterpolated);
-    Tables options;
-    options.options.set("contact.passivity", true);
-    options.max_force_n = cube.tables().max_force_n;
-    haptable_model model = cube.model();
-    set_laws(options, model);
-    const Path path = lap_below(kRadius_m);
-    const Ran ran = go_around(model, kLaps, path, {{path[0][0], path[0][1], 0.031F}});
+    const Tables tables = cube.tables({.passivity = true, .max_force_n = cube.tables().max_force_n});
+    const Path path = lap_of([](double turn) {
+        return Eigen::Vector3d(0.015 + kRadius_m * std::cos(turn), 0.015, 0.027 + kRadius_m * std::sin(turn));
+    });
+    const Ran ran = go_around(model_in_memory(tables, cube.servo()), 1000, path, {{path[0][0], path[0][1], 0.031F}});
     EXPECT_EQ(ran.servo.counters.contacts, 1U);
-    const double step_m = kRadius_m * 2.0 * 3.14159265358979323846 / kLap;
+    const double step_m = kRadius_m * 2.0 * std::numbers::pi / kLap;
     EXPECT_LE(ran.most_given_j, ran.most_force_n * step_m) << "more than one tick gives before it is braked";
 }
 

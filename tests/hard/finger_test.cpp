@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // A finger where coordinates meet: exactly on vertices, edges and patches, at the body's centre, at subnormal
-// distances, and where no finger can be.
+// distances, over a tip of many patches, through a plate, and where no finger can be.
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "codegen/in_memory.hpp"
 #include "tests/bodies.hpp"
 #include "tests/finger.hpp"
+#include "tests/shapes.hpp"
 
 namespace haptable::test {
 namespace {
@@ -27,12 +29,10 @@ Cells cube_under_the_origin() {
             [](const Vector3d& x) { return x.z() < -kSide + 1e-9; }};
 }
 
+/// Whether all that a tick gives are numbers.
 bool is_whole(const haptable_output& out) {
-    double sum = 0.0;
-    for (int c = 0; c < 3; ++c) {
-        sum += double(out.force_n[c]) + double(out.god_object_m[c]) + double(out.alpha[c]);
-        for (const auto& nodal : out.nodal_force_n) sum += double(nodal[c]);
-    }
+    double sum = (to_vector(out.force_n) + to_vector(out.god_object_m) + to_vector(out.alpha)).sum();
+    for (const auto& nodal : out.nodal_force_n) sum += to_vector(nodal).sum();
     return std::isfinite(sum);
 }
 
@@ -152,44 +152,84 @@ TEST_P(HardFinger, WhereNoFingerCanBe) {
 
 // The origin is a vertex of the top: products of such distances are subnormal or zero.
 void expect_whole_at_subnormal_distances(const haptable_model& model, double stiffness) {
-    for (const double tiny : {1e-45, 1e-42, 1e-40, 1e-38, 1e-30, 1e-20, 1e-15, 1e-12}) {
-        const double held = double(static_cast<float>(tiny));
+    for (const double tiny : {1e-45, 1e-42, 1e-40, 1e-38, 1e-30, 1e-20, 1e-15, 1e-12})
         for (const Vector3d& way : {Vector3d(0, 0, -1), Vector3d(0, 0, 1), Vector3d(1, 0, 0), Vector3d(1, 1, -1),
                                     Vector3d(-1, 1, 1), Vector3d(1, 0, -1)}) {
+            SCOPED_TRACE(testing::Message() << tiny << " " << way.transpose());
+            const double held = double(static_cast<float>(tiny));
             Finger finger(model);
+            const auto tremble = [&](const Vector3d& about) {
+                for (int tick = 0; tick < 10; ++tick)
+                    ASSERT_TRUE(is_whole(finger.to(about + (tick % 2 == 0 ? -1 : 1) * held * way)));
+            };
             finger.to({0.0, 0.0, 0.001});
-            ASSERT_TRUE(is_whole(finger.to(held * way))) << tiny << " " << way.transpose();
+            ASSERT_TRUE(is_whole(finger.to(held * way)));
             EXPECT_WITHIN(finger.force().norm(), .count = 4, .epsilon = 1.0,
                           .size = stiffness * (double(model.tolerance_m) + held));
-            for (int tick = 0; tick < 10; ++tick)
-                ASSERT_TRUE(is_whole(finger.to((tick % 2 == 0 ? -1 : 1) * held * way)));
+            tremble(Vector3d::Zero());
             finger.to({0.0, 0.0, -0.001});
             ASSERT_TRUE(finger.touches());
-            for (int tick = 0; tick < 10; ++tick)  // a finger that moves by less than its coordinates hold
-                ASSERT_TRUE(is_whole(finger.to(Vector3d(0.0, 0.0, -0.001) + (tick % 2 == 0 ? -1 : 1) * held * way)));
+            tremble({0.0, 0.0, -0.001});  // a finger that moves by less than its coordinates hold
             EXPECT_GT(finger.force().z(), 0.0);
-            for (int tick = 0; tick < 10; ++tick)  // out in one tick: what it was given is owed
-                ASSERT_TRUE(is_whole(finger.to((tick % 2 == 0 ? -1 : 1) * held * way)));
-            EXPECT_EQ(finger.counters().rejected_forces, 0U) << tiny << " " << way.transpose();
+            tremble(Vector3d::Zero());  // out in one tick: what it was given is owed
+            EXPECT_EQ(finger.counters().rejected_forces, 0U);
         }
-    }
 }
 
 TEST_P(HardFinger, AtASubnormalDistance) { expect_whole_at_subnormal_distances(model, stiffness); }
 
 // What is divided by there is of what a scene may add: friction, release, passivity, relaxation and limits.
 TEST_P(HardFinger, AtASubnormalDistanceWithAllThatMayBeAdded) {
-    Tables tables = cube.tables();
-    tables.god_object = std::get<1>(GetParam());
+    Tables tables = cube.tables({.god_object = std::get<1>(GetParam()),
+                                 .friction = 0.4,
+                                 .passivity = true,
+                                 .max_force_n = cube.tables().max_force_n,
+                                 .limits = {.max_force_rate_n_per_s = 1e4, .mean_force_n = 5.0}});
     tables.static_friction = 0.5;
-    tables.kinetic_friction = 0.4;
     tables.options.set("contact.release_slew", 0.01);
-    tables.options.set("contact.passivity", true);
     tables.relaxation = {{0.3, 0.01}};
-    tables.limits.max_force_rate_n_per_s = 1e4;
-    tables.limits.mean_force_n = 5.0;
     const ServoModel servo = build_model(tables);
     expect_whole_at_subnormal_distances(model_in_memory(tables, servo), stiffness);
+}
+
+// A plate is thinner than a finger presses: what holds the finger is the face that it came through, not the nearest
+// one.
+TEST(HardSlender, AFingerThatIsPushedThroughAPlateStaysOnTheFaceThatItEntered) {
+    const ElasticBody plate(plate_cells(6, 0.1, 0.001), "plate", ForceLaw::kInterpolated);
+    constexpr double kTop = 0.001, kDeepest = 0.004;
+    for (const GodObject god_object : every<GodObject>()) {
+        Finger finger(plate.model(god_object));
+        double last = 0.0;
+        for (int tick = -5; tick <= 40; ++tick) {
+            finger.to({0.0503, 0.0487, kTop - 1e-4 * tick});
+            if (tick < 1) continue;
+            ASSERT_TRUE(finger.touches()) << word(god_object) << " " << 0.1 * tick << " mm";
+            EXPECT_WITHIN(std::abs(finger.god().z() - kTop), .count = 4, .epsilon = kFloat, .size = kDeepest);
+            EXPECT_GT(finger.force().z(), last) << "deeper is harder";
+            last = finger.force().z();
+        }
+    }
+}
+
+// The tip is the nearest point of the surface, and some of its patches say "outside" and others "inside": all of them
+// have to be asked, from whichever the contact comes.
+TEST(HardHub, AFingerThatLeavesOverATipOfThirtyTwoPatchesIsLetGo) {
+    constexpr int kSides = HAPTABLE_FAN_PATCHES;
+    const TestModel tip(spindle_shape(kSides, 0.005, 0.03));
+    const auto at = [&](double side, double radius, double z) {
+        const double turn = 2.0 * std::numbers::pi * (side + 0.5) / kSides;
+        return Vector3d(radius * std::cos(turn), radius * std::sin(turn), z);
+    };
+    Finger finger(tip);
+    for (int from = 0; from < kSides; from += 5)
+        for (int to = 0; to < 2 * kSides; ++to) {  // over patches and over the edges between them
+            finger.begin();
+            finger.to(at(from, 0.002, 0.028));
+            finger.to(at(from, 0.0002, 0.028));
+            ASSERT_TRUE(finger.touches()) << from;
+            finger.to(at(0.5 * to, 0.0005, 0.0301));
+            EXPECT_FALSE(finger.touches()) << "from patch " << from << " to patch " << 0.5 * to;
+        }
 }
 
 }  // namespace

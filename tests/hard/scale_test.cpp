@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "tests/bodies.hpp"
+#include "tests/finger.hpp"
 
 namespace haptable::test {
 namespace {
@@ -23,21 +24,14 @@ Scene scaled_cube(int length, int young) {
 
 /// The forces of strokes over the cube's top, over its rim and back, divided by the scale of forces.
 std::vector<Eigen::Vector3d> felt(const ElasticBody& body, int length, int young, GodObject god_object) {
-    const haptable_model model = body.model(god_object);
-    haptable_servo servo;
-    haptable_servo_init(&servo);
+    Finger finger(body.model(god_object));
     std::vector<Eigen::Vector3d> forces;
     for (int tick = 0; tick < 4000; ++tick) {
         const double turn = 0.003 * tick, dip = std::sin(0.05 * tick);
-        const double x[3] = {0.015 + 0.017 * std::cos(turn), 0.015 + 0.017 * std::sin(2.3 * turn),
-                             0.0305 - 0.004 * std::abs(dip)};
-        float finger[3];
-        for (int c = 0; c < 3; ++c) finger[c] = static_cast<float>(std::ldexp(x[c], length));
-        haptable_output out;
-        haptable_servo_step(&model, &servo, finger, static_cast<std::uint32_t>(tick) * 1000U, &out);
-        forces.emplace_back(std::ldexp(double(out.force_n[0]), -young - 2 * length),
-                            std::ldexp(double(out.force_n[1]), -young - 2 * length),
-                            std::ldexp(double(out.force_n[2]), -young - 2 * length));
+        finger.to(std::ldexp(1.0, length) * Eigen::Vector3d(0.015 + 0.017 * std::cos(turn),
+                                                            0.015 + 0.017 * std::sin(2.3 * turn),
+                                                            0.0305 - 0.004 * std::abs(dip)));
+        forces.emplace_back(std::ldexp(1.0, -young - 2 * length) * finger.force());
     }
     return forces;
 }
@@ -49,11 +43,10 @@ TEST(HardScale, ChangesNoBitOfTablesAndForces) {
              {std::pair{-14, 13}, {-8, 13}, {12, 13}, {0, 1}, {0, 37}}) {  // 1.8 um, 0.1 mm, 123 m, 2 Pa, 137 GPa
             SCOPED_TRACE(testing::Message() << word(force) << " length " << length << " young " << young);
             const ElasticBody other(scaled_cube(length, young), force);
-            ASSERT_EQ(other.tables().stiffness.size(), one.tables().stiffness.size());
-            for (std::size_t i = 0; i < one.tables().stiffness.size(); ++i)
-                for (std::size_t k = 0; k < 9; ++k)
-                    ASSERT_EQ(other.tables().stiffness[i][k],
-                              std::ldexp(one.tables().stiffness[i][k], length + young - 13));
+            auto blocks = one.tables().stiffness;
+            for (auto& block : blocks)
+                for (double& s : block) s = std::ldexp(s, length + young - 13);
+            ASSERT_EQ(other.tables().stiffness, blocks);
             for (const GodObject god_object : every<GodObject>()) {
                 // Squares of energies below 1e-20 J are no floats: a body of micrometres has them.
                 if (god_object == GodObject::kLeastEnergy && length < -8) continue;

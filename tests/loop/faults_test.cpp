@@ -12,34 +12,44 @@ namespace {
 class FaultySession : public testing::Test {
 protected:
     Watched run(const std::string& faults, double seconds = 3.5, std::uint64_t seed = 1) {
-        const Watched watched = run_faulty_session(box.scene(), parse_faults(faults), seed, seconds);
+        const FaultPlan plan = faults.empty() ? FaultPlan{} : parse_faults(faults);
+        const Watched watched = run_faulty_session(box.scene(), plan, seed, seconds);
         EXPECT_EQ(watched.violation, "") << faults;
         return watched;
+    }
+
+    /// Sessions of 2 s, in simulated time, each with a mixture by lot: what they came to together.
+    Watched run_mixtures(const ServoScene& scene, std::uint64_t first, std::uint64_t count) {
+        Watched sum;
+        for (std::uint64_t seed = first; seed < first + count; ++seed) {
+            const FaultPlan plan = random_faults(seed);
+            const Watched watched = run_faulty_session(scene, plan, seed, 2.0);
+            EXPECT_EQ(watched.violation, "") << "--seed " << seed << " --fault " << to_text(plan);
+            sum.felt_ticks += watched.felt_ticks;
+            sum.silences += watched.silences;
+            sum.limited += watched.limited;
+            sum.faulted += watched.faulted;
+        }
+        return sum;
     }
 
     SoftBox box;
 };
 
-// 200 mixtures by lot. Each is a whole session of 2 s, in simulated time.
 TEST_F(FaultySession, OfAnyMixtureHarmNobody) {
-    std::int64_t felt = 0, silences = 0;
-    for (std::uint64_t seed = 1; seed <= 200; ++seed) {
-        const FaultPlan plan = random_faults(seed);
-        const Watched watched = run_faulty_session(box.scene(), plan, seed, 2.0);
-        EXPECT_EQ(watched.violation, "") << "--seed " << seed << " --fault " << to_text(plan);
-        felt += watched.felt_ticks;
-        silences += watched.silences;
-    }
+    const Watched all = run_mixtures(box.scene(), 1, 200);
     // They are no quiet sessions, nor silent ones.
-    EXPECT_GT(felt, 200 * 200);
-    EXPECT_GT(silences, 200);
+    EXPECT_GT(all.felt_ticks, 200 * 200);
+    EXPECT_GT(all.silences, 200);
 }
 
-TEST_F(FaultySession, NoneGiveTheSessionWithoutThem) {
-    const Watched plain = run_faulty_session(box.scene(), FaultPlan{}, 1, 2.0);
-    EXPECT_EQ(plain.violation, "");
-    EXPECT_EQ(plain.device.missed, 0);
-    EXPECT_GT(plain.felt_ticks, 800);
+// The same under every limit of a scene: no step up, faults that latch, a force that comes back by a ramp.
+TEST_F(FaultySession, OfAnyMixtureUnderEveryLimitRisesSlowly) {
+    const LimitedBox limited;
+    const Watched all = run_mixtures(limited.scene(), 1001, 100);
+    EXPECT_GT(all.felt_ticks, 100 * 100);
+    EXPECT_GT(all.limited, 1000);
+    EXPECT_GT(all.faulted, 100);
 }
 
 TEST_F(FaultySession, OfTheSameSeedAreTheSame) {
@@ -51,23 +61,6 @@ TEST_F(FaultySession, OfTheSameSeedAreTheSame) {
     EXPECT_NE(one.forces, other.forces);
 }
 
-// The same under every limit of a scene: no step up, faults that latch, a force that comes back by a ramp.
-TEST_F(FaultySession, OfAnyMixtureUnderEveryLimitRisesSlowly) {
-    const LimitedBox limited;
-    std::int64_t felt = 0, held_down = 0, faulted = 0;
-    for (std::uint64_t seed = 1001; seed <= 1100; ++seed) {
-        const FaultPlan plan = random_faults(seed);
-        const Watched watched = run_faulty_session(limited.scene(), plan, seed, 2.0);
-        EXPECT_EQ(watched.violation, "") << "--seed " << seed << " --fault " << to_text(plan);
-        felt += watched.felt_ticks;
-        held_down += watched.limited;
-        faulted += watched.faulted;
-    }
-    EXPECT_GT(felt, 100 * 100);
-    EXPECT_GT(held_down, 1000);
-    EXPECT_GT(faulted, 100);
-}
-
 // Each does what its name says.
 TEST_F(FaultySession, DropLosesItsShareOfMessagesBothWays) {
     const Watched watched = run("drop=0.1");
@@ -77,38 +70,34 @@ TEST_F(FaultySession, DropLosesItsShareOfMessagesBothWays) {
     EXPECT_NEAR(static_cast<double>(watched.device.missed), share * ticks, 5.0 * deviation);
 }
 
-TEST_F(FaultySession, DelayMakesEveryAnswerLate) {
-    const Watched watched = run("delay=4ms");
-    EXPECT_EQ(watched.device.missed, watched.device.ticks);
-    EXPECT_NEAR(watched.device.latency.mean_us(), 8000.0, 80.0 + 1000.0);
-    EXPECT_GT(watched.felt_ticks, 1000);
-}
-
 // 11 ms there and 11 back: every answer is older than 20 ms, as if none had come.
-TEST_F(FaultySession, ADelayOfMoreThanSilenceGivesNoForce) {
-    const Watched watched = run("delay=11ms");
-    EXPECT_EQ(watched.felt_ticks, 0);
-    EXPECT_GT(watched.device.stale_answers, 1000);
+TEST_F(FaultySession, DelayMakesEveryAnswerLateAndOfMoreThanSilenceGivesNoForce) {
+    const Watched late = run("delay=4ms"), stale = run("delay=11ms");
+    EXPECT_EQ(late.device.missed, late.device.ticks);
+    EXPECT_NEAR(late.device.latency.mean_us(), 8000.0, 80.0 + 1000.0);
+    EXPECT_GT(late.felt_ticks, 1000);
+    EXPECT_EQ(stale.felt_ticks, 0);
+    EXPECT_GT(stale.device.stale_answers, 1000);
 }
 
+// A clock that is set back is silence at most.
 TEST_F(FaultySession, GoneAndBackIsSilenceOnBothSides) {
-    const Watched watched = run("gone=0.005:100ms");
-    EXPECT_GT(watched.silences, 3);
-    EXPECT_GT(watched.device.silences, 3);
+    const Watched gone = run("gone=0.005:100ms"), back = run("clock-back=0.003:200ms");
+    EXPECT_GT(gone.silences, 3);
+    EXPECT_GT(gone.device.silences, 3);
+    EXPECT_GT(back.silences, 1);
+    EXPECT_GT(back.felt_ticks, 300);
 }
 
 // A state and an answer that come twice change nothing.
 TEST_F(FaultySession, DoubledMessagesAreNoTicks) {
-    const Watched watched = run("double=0.5"), plain = run_faulty_session(box.scene(), FaultPlan{}, 1, 3.5);
-    EXPECT_EQ(watched.device.missed, 0);
-    EXPECT_EQ(watched.felt_ticks, plain.felt_ticks);
-    EXPECT_EQ(watched.device.largest_force_n, plain.device.largest_force_n);
-}
-
-TEST_F(FaultySession, AClockThatIsSetBackIsSilenceAtMost) {
-    const Watched watched = run("clock-back=0.003:200ms");
-    EXPECT_GT(watched.silences, 1);
-    EXPECT_GT(watched.felt_ticks, 300);
+    const Watched plain = run(""), doubled = run("double=0.5");
+    EXPECT_GT(plain.felt_ticks, 800);
+    for (const Watched& watched : {plain, doubled}) {
+        EXPECT_EQ(watched.device.missed, 0);
+        EXPECT_EQ(watched.felt_ticks, plain.felt_ticks);
+        EXPECT_EQ(watched.device.largest_force_n, plain.device.largest_force_n);
+    }
 }
 
 // What is live after one half of a session is all that is live after the other.

@@ -4,9 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <bit>
+#include <nlohmann/json.hpp>
 
 #include "codegen/codegen.hpp"
-#include "codegen/in_memory.hpp"
+#include "codegen/loaded_scene.hpp"
 #include "host/session/bridge/line_stepper.hpp"
 #include "host/session/local_stepper.hpp"
 #include "host/session/servo/servo.hpp"
@@ -19,72 +20,58 @@
 namespace haptable::test {
 namespace {
 
-/// Tables as the servo, the bridge and the viewer have them.
-struct Built {
-    explicit Built(const Tables& from) : tables(from), node(servo.node.begin(), servo.node.end()) {}
-    Built(const Built&) = delete;
-    Built& operator=(const Built&) = delete;
-    ServoScene scene() const { return {&model, node.data(), "cube"}; }
-    std::string hash() const { return fmt::format("{:016x}", model.hash); }
-
-    Tables tables;
-    ServoModel servo = build_model(tables);
-    haptable_model model = model_in_memory(tables, servo);
-    std::vector<std::uint32_t> node;
-};
-
-Tables cube_tables() {
+SceneFiles cube_files() {
     const TemporaryFolder folder;
     write_cube_tables(folder.path());
-    return read_tables(folder.path());
+    return read_scene_files(folder.path());
 }
 
+std::string hash_of(const LoadedScene& scene) { return fmt::format("{:016x}", scene.model().hash); }
+ServoScene servo_of(const LoadedScene& scene) { return {&scene.model(), scene.node().data(), "cube"}; }
+
 /// A bit of the mantissa of one number of S. A float's last is a double's 30th.
-Tables with_flipped_bit(Tables tables, int bit) {
-    double& s = tables.stiffness[5][0];
+SceneFiles with_flipped_bit(SceneFiles files, int bit) {
+    double& s = files.tables.stiffness[5][0];
     s = std::bit_cast<double>(std::bit_cast<std::uint64_t>(s) ^ (std::uint64_t{1} << bit));
-    return tables;
+    return files;
 }
 
 class OtherTables : public testing::Test {
 protected:
-    template <typename Meet>
-    void expect_both_named(const Meet& meet) const {
-        const std::string said = error_of([&] { meet(); });
-        EXPECT_NE(said.find(ours.hash()), std::string::npos) << said;
-        EXPECT_NE(said.find(theirs.hash()), std::string::npos) << said;
+    void expect_both_named(const std::string& said) const {
+        for (const LoadedScene* one : {&ours, &theirs}) EXPECT_NE(said.find(hash_of(*one)), std::string::npos) << said;
     }
-    int replay(const Built& servo, const std::string& tables) const {
+    int replay(const std::string& tables) const {
         const std::string in = folder / "path.csv", out = folder / "out.csv";
         write_file(in, "x,y,z\n0.01,0.01,0.031\n0.01,0.01,0.029\n");
         const char* argv[] = {"servo",     "--replay", in.c_str(),     "--out",
                               out.c_str(), "--tables", tables.c_str(), "--quiet"};
-        return servo_main(std::size(argv), const_cast<char**>(argv), servo.scene());
+        return servo_main(std::size(argv), const_cast<char**>(argv), servo_of(ours));
     }
 
-    const Tables made = cube_tables();
-    const Built ours{made}, theirs{with_flipped_bit(made, 29)};
+    const SceneFiles made = cube_files();
+    const LoadedScene ours{made}, theirs{with_flipped_bit(made, 29)};
     const WorkFolder folder;
 };
 
 TEST_F(OtherTables, AreOfTheSameInputsAndHaveAnotherHash) {
-    EXPECT_EQ(ours.tables.model_hash, theirs.tables.model_hash);
-    EXPECT_NE(ours.hash(), theirs.hash());
-    EXPECT_EQ(ours.hash(), Built(made).hash());
+    EXPECT_EQ(ours.tables().model_hash, theirs.tables().model_hash);
+    EXPECT_NE(hash_of(ours), hash_of(theirs));
+    EXPECT_EQ(hash_of(ours), hash_of(LoadedScene(made)));
     // Below a float's last bit: the servo's tables are the same.
-    EXPECT_EQ(ours.hash(), Built(with_flipped_bit(made, 0)).hash());
-    EXPECT_NE(model_text(theirs.tables, theirs.servo).header.find("_HASH 0x" + theirs.hash()), std::string::npos);
+    EXPECT_EQ(hash_of(ours), hash_of(LoadedScene(with_flipped_bit(made, 0))));
+    EXPECT_NE(model_text(theirs.tables(), theirs.servo()).header.find("_HASH 0x" + hash_of(theirs)), std::string::npos);
 }
 
 TEST_F(OtherTables, AServoDoesNotAnswerADeviceThatWantsTheOther) {
     Connection connection("memq://");
     int forces = 0;
     connection.subscribe<servo_force>(channel_of<servo_force>(), [&](const servo_force&, std::int64_t) { ++forces; });
-    LocalStepper stepper(ours.scene());
+    LocalStepper stepper(servo_of(ours));
     Session session(stepper, connection, nullptr);
     device_state state = simulated_state(0, 0);
-    for (const Built* wanted : {&theirs, &ours}) {
-        state.model_hash = static_cast<std::int64_t>(wanted->model.hash);
+    for (const LoadedScene* wanted : {&theirs, &ours}) {
+        state.model_hash = static_cast<std::int64_t>(wanted->model().hash);
         connection.publish(channel_of<device_state>(), state);
         handle_all(connection);
         EXPECT_EQ(forces, wanted == &ours ? 1 : 0);
@@ -95,33 +82,31 @@ TEST_F(OtherTables, AServoDoesNotAnswerADeviceThatWantsTheOther) {
 TEST_F(OtherTables, ABridgeRefusesATargetOfTheOther) {
     Connection connection("memq://");
     Pipes pipes;
-    SerialTarget line(pipes.line(), ours.scene());
-    FakeTarget<Pipes> target(theirs.scene(), pipes);
+    SerialTarget line(pipes.line(), servo_of(ours));
+    FakeTarget<Pipes> target(servo_of(theirs), pipes);
     LineStepper stepper(line, {});
     Session session(stepper, connection, nullptr);
     connection.publish(channel_of<device_state>(), simulated_state(0, 0));
     handle_all(connection);
     target.answer();
-    expect_both_named([&] { session.take_answers(); });
+    expect_both_named(error_of([&] { session.take_answers(); }));
 }
 
 TEST_F(OtherTables, AViewerRefusesASessionOfTheOther) {
-    const ContactLoads loads(ours.tables);
+    const ContactLoads loads(ours.tables());
     contact message{};
-    message.model_hash = static_cast<std::int64_t>(ours.model.hash);
+    message.model_hash = static_cast<std::int64_t>(ours.model().hash);
     EXPECT_NO_THROW(to_frame(message, loads, 0, "a log"));
-    message.model_hash = static_cast<std::int64_t>(theirs.model.hash);
-    expect_both_named([&] { to_frame(message, loads, 0, "a log"); });
+    message.model_hash = static_cast<std::int64_t>(theirs.model().hash);
+    expect_both_named(error_of([&] { to_frame(message, loads, 0, "a log"); }));
 }
 
 TEST_F(OtherTables, AReplayRefusesARecordOfTheOther) {
-    EXPECT_EQ(replay(ours, ours.hash()), 0);
+    EXPECT_EQ(replay(hash_of(ours)), 0);
     std::filesystem::remove(folder / "out.csv");
     testing::internal::CaptureStderr();
-    EXPECT_NE(replay(ours, theirs.hash()), 0);
-    const std::string said = testing::internal::GetCapturedStderr();
-    EXPECT_NE(said.find(ours.hash()), std::string::npos) << said;
-    EXPECT_NE(said.find(theirs.hash()), std::string::npos) << said;
+    EXPECT_NE(replay(hash_of(theirs)), 0);
+    expect_both_named(testing::internal::GetCapturedStderr());
     EXPECT_FALSE(std::filesystem::exists(folder / "out.csv"));
 }
 

@@ -3,10 +3,9 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
-#include <vector>
 
-#include "codegen/in_memory.hpp"
-#include "codegen/pair.hpp"
+#include "codegen/loaded_scene.hpp"
+#include "host/precompute/precompute.hpp"
 #include "host/session/scene.hpp"
 #include "tests/bodies.hpp"
 
@@ -14,35 +13,29 @@ namespace haptable::test {
 
 class SoftPair {
 public:
-    explicit SoftPair(double friction = 0.0) {
-        tables_.limits = {};
-        tables_.static_friction = tables_.kinetic_friction = friction;
-        tables_.options.set("contact.release_slew", 0.0);
-        model_ = model_in_memory(tables_, servo_);
-        pair_model_ = pair_in_memory(pair_, tables_, model_);
-    }
-    SoftPair(const SoftPair&) = delete;
-    SoftPair& operator=(const SoftPair&) = delete;
+    explicit SoftPair(double friction = 0.0) : loaded_(files(friction)) {}
 
-    const Tables& tables() const { return tables_; }
-    ServoScene scene() const { return {&model_, node_.data(), "two", &pair_model_}; }
+    const Tables& tables() const { return loaded_.tables(); }
+    ServoScene scene() const { return {&loaded_.model(), loaded_.node().data(), "two", loaded_.pair()}; }
     /// The same body for one finger.
-    ServoScene scene_of_one() const { return {&model_, node_.data(), "one"}; }
+    ServoScene scene_of_one() const { return {&loaded_.model(), loaded_.node().data(), "one"}; }
 
 private:
-    static Scene scene_of_two() {
+    static SceneFiles files(double friction) {
+        const TemporaryFolder folder;
         Scene scene = cube_scene(4, 0.3);
+        scene.contact.force = ForceLaw::kConsistent;
         scene.contact.fingers = 2;
-        return scene;
+        Progress quiet(true);
+        precompute(scene, folder.path() / "out", quiet);
+        SceneFiles files = read_scene_files(folder.path() / "out");
+        files.tables.limits = {};
+        files.tables.static_friction = files.tables.kinetic_friction = friction;
+        files.tables.options.set("contact.release_slew", 0.0);
+        return files;
     }
 
-    ElasticBody body_{scene_of_two(), ForceLaw::kConsistent};
-    Tables tables_ = body_.tables();
-    ServoModel servo_ = build_model(tables_);
-    ServoPair pair_ = build_pair(body_.pair(), tables_, servo_);
-    haptable_model model_{};
-    haptable_pair_model pair_model_{};
-    std::vector<std::uint32_t> node_{body_.servo().node.begin(), body_.servo().node.end()};
+    LoadedScene loaded_;
 };
 
 }  // namespace haptable::test

@@ -4,8 +4,7 @@
 
 #include <random>
 
-#include "codegen/in_memory.hpp"
-#include "host/base/error.hpp"
+#include "codegen/loaded_scene.hpp"
 #include "host/link/messages.hpp"
 #include "host/session/bridge/line_stepper.hpp"
 #include "host/session/session.hpp"
@@ -46,16 +45,13 @@ private:
 TEST(TargetNoise, AMillionBytesOfGarbageChangeNoForce) {
     const TargetImage missing(build_folder(), "cube", "cortex-m7");
     if (!missing.missing().empty()) GTEST_SKIP() << missing.missing();
-    const Tables tables = read_tables(build_folder() / "cube");
-    const ServoModel built = build_model(tables);
-    const haptable_model model = model_in_memory(tables, built);
-    const std::vector<std::uint32_t> node(built.node.begin(), built.node.end());
-    const auto path_m = walked(stroke_path(tables, 100));
+    const LoadedScene cube(TablesFolder(build_folder() / "cube"));
+    const ServoScene scene{&cube.model(), cube.node().data(), "cube"};
+    const auto path_m = walked(stroke_path(cube.tables(), 100));
     const Pipes near, far;  // bridge to relay, relay to image
     const std::string elf = (build_folder() / "cube/firmware/cortex-m7/loop.elf").string();
     const Process image({"sh", "scripts/qemu.sh", "cortex-m7", elf, far.to_target(), far.from_target()});
     Connection connection("memq://");
-    const ServoScene scene{&model, node.data(), "cube"};
     SerialTarget target(near.line(), scene);
     LineOptions options;
     options.retry = std::chrono::microseconds(3000);
@@ -64,9 +60,8 @@ TEST(TargetNoise, AMillionBytesOfGarbageChangeNoForce) {
     std::vector<servo_force> forces;
     connection.subscribe<servo_force>(channel_of<servo_force>(),
                                       [&](const servo_force& force, std::int64_t) { forces.push_back(force); });
-    haptable_servo servo;
-    haptable_servo_init(&servo);
-    check_tables(model, servo);
+    SceneState host = state_of(scene);
+    require_whole_tables(scene, host);
     Noise noise;
     const Clock::time_point give_up = Clock::now() + std::chrono::seconds(50);
     std::size_t tick = 0;
@@ -81,17 +76,16 @@ TEST(TargetNoise, AMillionBytesOfGarbageChangeNoForce) {
             session.take_answers();
             session.watch(Clock::now());
         }
-        haptable_output out;
-        haptable_servo_step(&model, &servo, path_m[tick].data(), static_cast<std::uint32_t>(tick * 1000), &out);
+        haptable_input in{};
+        haptable_output out{};
+        in.is_there = 1;
+        std::copy_n(path_m[tick].data(), 3, in.finger_m);
+        host.step(&in, static_cast<std::uint32_t>(tick * 1000), &out);
         ASSERT_EQ(forces.size(), tick + 1) << "no answer to state " << tick;
         ASSERT_EQ(forces.back().seq, static_cast<std::int64_t>(tick));
-        for (int a = 0; a < 3; ++a) ASSERT_EQ(forces.back().force_n[a], double(out.force_n[a])) << "tick " << tick;
+        ASSERT_EQ(Eigen::Vector3d(forces.back().force_n), to_vector(out.force_n)) << "tick " << tick;
     }
     const LineCounters report = stepper.counters();
-    RecordProperty("garbage_bytes", std::to_string(noise.garbage));
-    RecordProperty("ticks", std::to_string(tick));
-    RecordProperty("damaged", std::to_string(noise.damaged));
-    RecordProperty("resent_frames", std::to_string(report.resent_frames));
     EXPECT_GE(noise.garbage, 1'000'000U);
     EXPECT_GE(report.resent_frames, static_cast<std::int64_t>(noise.damaged / 2));
     EXPECT_EQ(report.rejected_forces, 0);

@@ -7,19 +7,14 @@
 #include "codegen/loaded_scene.hpp"
 #include "codegen/loads.hpp"
 #include "host/base/progress.hpp"
-#include "host/device/session.hpp"
+#include "host/link/log_reader.hpp"
 #include "host/precompute/precompute.hpp"
-#include "host/session/local_stepper.hpp"
-#include "host/session/servo/replay.hpp"
-#include "host/session/session.hpp"
 #include "host/view/servo_csv.hpp"
 #include "tests/error_of.hpp"
-#include "tests/loop/helpers.hpp"
+#include "tests/loop/recorded_loop.hpp"
 
 namespace haptable::test {
 namespace {
-
-constexpr double kReach_m = 0.0;  // a disc's face is at its handle
 
 /// A disc of 12 mm over the paper's cube.
 Scene disc_over_cube(const std::filesystem::path& folder) {
@@ -42,67 +37,52 @@ points = 7
     return read_scene(folder / "disc.toml");
 }
 
-class ToolLoop : public testing::Test {
-protected:
-    static void SetUpTestSuite() {
-        folder_ = std::make_unique<WorkFolder>();
+/// Its tables; made once.
+const LoadedScene& disc() {
+    static const WorkFolder folder;
+    static const LoadedScene loaded([] {
         Progress progress(true);
-        precompute(disc_over_cube(folder_->path()), *folder_ / "tables", progress);
-        loaded_ = std::make_unique<LoadedScene>(TablesFolder(*folder_ / "tables"));
-    }
-    static void TearDownTestSuite() {
-        loaded_.reset();
-        folder_.reset();
-    }
+        precompute(disc_over_cube(folder.path()), folder / "tables", progress);
+        return TablesFolder(folder / "tables");
+    }());
+    return loaded;
+}
 
-    ServoScene scene() const {
-        return {&loaded_->model(), loaded_->node().data(), "disc", nullptr, nullptr, nullptr, loaded_->tool()};
-    }
-
+class ToolLoop : public RecordedLoop {
+protected:
     /// One session in lockstep, recorded by both sides.
-    DeviceReport run(const std::string& names, const std::string& tag) {
+    DeviceReport touch(const std::string& path, const std::string& tag) {
         PathOptions geometry;
-        geometry.reach_m = kReach_m;
-        const auto path = scripted_path(names, geometry);
-        ServoRecord servo_record(scene(), folder / ("servo_" + tag + ".csv"));
-        DeviceRecord device_record(folder / ("device_" + tag + ".csv"), true);
+        geometry.reach_m = 0.0;  // a disc's face is at its handle
         SessionOptions options;
         options.lockstep = true;
         options.has_tool = true;
-        LocalStepper stepper(scene());
-        Connection connection("memq://");
-        Session servo(stepper, connection, &servo_record);
-        connection.subscribe<contact>(channel_of<contact>(),
-                                      [&](const contact& m, std::int64_t) { contacts.push_back(m); });
-        connection.subscribe<tool_wrench>(channel_of<tool_wrench>(),
-                                          [&](const tool_wrench& m, std::int64_t) { wrenches.push_back(m); });
-        DeviceSession session(PointDevice(Device{}, Hand{}, path->at(0.0).position_m), *path, connection, options,
-                              &device_record);
-        const DeviceReport report = session.run();
-        servo_record.finish();
-        device_record.finish();
-        return report;
+        return run(scene, tag, {scripted_path(path, geometry)}, options)[0];
+    }
+    /// Those that were sent, of a session's log.
+    template <typename Message>
+    std::vector<Message> sent(const std::string& tag) const {
+        std::vector<Message> messages;
+        LogReader reader(log(tag));
+        Message message;
+        while (const auto event = reader.next())
+            if (event->channel == channel_of<Message>() && decode_whole(event->data, message))
+                messages.push_back(message);
+        return messages;
     }
 
-    static std::unique_ptr<WorkFolder> folder_;
-    static std::unique_ptr<LoadedScene> loaded_;
-    WorkFolder folder;
-    std::vector<contact> contacts;
-    std::vector<tool_wrench> wrenches;
+    const ServoScene scene{&disc().model(), disc().node().data(), "disc", nullptr, nullptr, nullptr, disc().tool()};
 };
-
-std::unique_ptr<WorkFolder> ToolLoop::folder_;
-std::unique_ptr<LoadedScene> ToolLoop::loaded_;
 
 /// Pressed flat, then turned to and fro: the torque turns it back, about the axis that it is turned about.
 TEST_F(ToolLoop, AHandFeelsItsTorque) {
-    const DeviceReport report = run("roll", "a");
+    const DeviceReport report = touch("roll", "a");
     EXPECT_EQ(report.missed, 0);
     EXPECT_GT(report.contact_ticks, 500);
     EXPECT_GT(report.largest_force_n, 0.2);
     EXPECT_GT(report.largest_torque_n_m, 1e-4);
     double with = 0.0, against = 0.0;
-    for (const Row& row : read_rows(folder / "device_a.csv")) {
+    for (const Row& row : read_rows(device_csv("a"))) {
         const double work = row.at("torque_x") * row.at("qx");
         (work > 0.0 ? with : against) += std::abs(work);
         EXPECT_NEAR(row.at("qy"), 0.0, 0.02);
@@ -112,8 +92,10 @@ TEST_F(ToolLoop, AHandFeelsItsTorque) {
 
 /// Force and torque of the device are the servo's of the same tick; the points' forces are the hand's.
 TEST_F(ToolLoop, RecordsAndMessagesAgree) {
-    run("tilt", "a");
-    const auto servo = read_rows(folder / "servo_a.csv"), device = read_rows(folder / "device_a.csv");
+    touch("tilt", "a");
+    const auto servo = read_rows(csv("a")), device = read_rows(device_csv("a"));
+    const auto wrenches = sent<tool_wrench>("a");
+    const auto contacts = sent<contact>("a");
     ASSERT_EQ(servo.size(), device.size());
     ASSERT_EQ(wrenches.size(), servo.size());
     ASSERT_EQ(contacts.size(), servo.size());
@@ -136,23 +118,22 @@ TEST_F(ToolLoop, RecordsAndMessagesAgree) {
 }
 
 TEST_F(ToolLoop, IsRepeatableAndReplays) {
-    run("roll", "a");
-    run("roll", "b");
-    EXPECT_EQ(read_file(folder / "servo_a.csv"), read_file(folder / "servo_b.csv"));
-    EXPECT_EQ(read_file(folder / "device_a.csv"), read_file(folder / "device_b.csv"));
-    replay(scene(), folder / "servo_a.csv", folder / "again.csv", true);
-    EXPECT_EQ(read_file(folder / "servo_a.csv"), read_file(folder / "again.csv"));
+    touch("roll", "a");
+    touch("roll", "b");
+    EXPECT_EQ(read_file(csv("a")), read_file(csv("b")));
+    EXPECT_EQ(read_file(device_csv("a")), read_file(device_csv("b")));
+    expect_same_again("a", scene);
     write_file(folder / "finger.csv", "x,y,z\n0,0,1\n");
-    EXPECT_NE(error_of([&] { replay(scene(), folder / "finger.csv", {}, true); }).find("x,y,z,qw,qx,qy,qz"),
+    EXPECT_NE(error_of([&] { replay(scene, folder / "finger.csv", {}, true); }).find("x,y,z,qw,qx,qy,qz"),
               std::string::npos);
 }
 
 /// What a servo recorded is drawn: the tool where it was, and the load of all its points.
 TEST_F(ToolLoop, IsDrawnFromItsCsv) {
-    run("roll", "a");
-    const ContactLoads loads(loaded_->tables());
-    const auto frames = read_servo_csv(folder / "servo_a.csv", loads, FrameChoice{1, {}});
-    const auto rows = read_rows(folder / "servo_a.csv");
+    touch("roll", "a");
+    const ContactLoads loads(disc().tables());
+    const auto frames = read_servo_csv(csv("a"), loads, FrameChoice{1, {}});
+    const auto rows = read_rows(csv("a"));
     ASSERT_EQ(frames.size(), rows.size());
     std::size_t most = 0;
     for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -168,25 +149,20 @@ TEST_F(ToolLoop, IsDrawnFromItsCsv) {
 
 /// A state whose pose did not come, or is of another state, is no tick.
 TEST_F(ToolLoop, AStateWithoutItsPoseIsRefused) {
-    Connection connection("memq://");
-    LocalStepper stepper(scene());
-    Session session(stepper, connection, nullptr);
+    RecordedServo servo(scene, csv("a"), log("a"));
     int answers = 0;
-    connection.subscribe<servo_force>(channel_of<servo_force>(), [&](const servo_force&, std::int64_t) { ++answers; });
-    connection.publish(channel_of<device_state>(), simulated_state(0, 0));
-    handle_all(connection);
-    EXPECT_EQ(answers, 0);
+    servo.connection.subscribe<servo_force>(channel_of<servo_force>(),
+                                            [&](const servo_force&, std::int64_t) { ++answers; });
+    servo.tell(simulated_state(0, 0));
     hand_pose pose{};
     pose.session = kSession;
     pose.turn[0] = 1.0;
-    connection.publish(channel_of<hand_pose>(), pose);
-    connection.publish(channel_of<device_state>(), simulated_state(1, 1000));
-    handle_all(connection);
+    servo.connection.publish(channel_of<hand_pose>(), pose);
+    servo.tell(simulated_state(1, 1000));
     EXPECT_EQ(answers, 0);
-    connection.publish(channel_of<device_state>(), simulated_state(0, 0));
-    handle_all(connection);
+    servo.tell(simulated_state(0, 0));
     EXPECT_EQ(answers, 1);
-    EXPECT_EQ(session.link_report().poseless_states, 2);
+    EXPECT_EQ(servo.session.link_report().poseless_states, 2);
 }
 
 }  // namespace

@@ -4,22 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstring>
 #include <memory>
 #include <optional>
 
-#include "host/device/session.hpp"
-#include "host/device/simulated_driver.hpp"
-#include "host/link/log_writer.hpp"
-#include "host/run/recorder.hpp"
 #include "host/run/timeline.hpp"
 #include "host/session/bridge/line_stepper.hpp"
-#include "host/session/local_stepper.hpp"
-#include "host/session/servo/replay.hpp"
-#include "host/session/session.hpp"
 #include "tests/finger.hpp"
 #include "tests/host/session/bridge/fake_target.hpp"
-#include "tests/loop/helpers.hpp"
+#include "tests/loop/recorded_loop.hpp"
 #include "tests/loop/soft_pair.hpp"
 #include "tests/moving_body.hpp"
 #include "tests/tolerance.hpp"
@@ -95,8 +87,18 @@ protected:
     void lockstep(std::size_t finger, std::int64_t seq, double depth_m) {
         send(finger, state(finger, seq, depth_m, device_state::SIMULATED));
     }
+    void lockstep_both(std::int64_t seq, double depth_m) {
+        for (std::size_t finger = 0; finger < kTwo; ++finger) lockstep(finger, seq, depth_m);
+    }
     void real(std::size_t finger, std::int64_t seq, double depth_m) {
         send(finger, state(finger, seq, depth_m, device_state::REAL_TIME));
+    }
+    /// The first finger alone, a millisecond deep in each of these ticks, until the second is silent.
+    void go_on_alone() {
+        for (std::int64_t seq = 20; seq < 45; ++seq) {
+            real(0, seq, 0.001);
+            wait(milliseconds(1));
+        }
     }
     /// A session that always has something due is an error, not a test for ever.
     void wait(milliseconds ms) {
@@ -156,18 +158,13 @@ protected:
 INSTANTIATE_TEST_SUITE_P(Behind, TwoFingers, testing::Bool(), name_of_place);
 
 TEST_P(TwoFingers, OneDeviceFeelsWhatASceneOfOneGives) {
-    const ServoScene one = soft_pair().scene_of_one();
-    haptable_servo servo;
-    haptable_servo_init(&servo);
-    check_tables(*one.model, servo);
+    Finger alone(*soft_pair().scene_of_one().model);
     for (std::int64_t seq = 0; seq < 50; ++seq) {
         const double depth_m = 1e-4 * static_cast<double>(seq - 10);
         lockstep(0, seq, depth_m);
-        haptable_output out;
-        haptable_servo_step(one.model, &servo, to_finger(place(0, depth_m).data()).data(),
-                            static_cast<std::uint32_t>(seq * 1000), &out);
         ASSERT_EQ(forces[0].size(), static_cast<std::size_t>(seq) + 1);
-        for (int a = 0; a < 3; ++a) ASSERT_EQ(forces[0].back().force_n[a], double{out.force_n[a]});
+        alone.to(place(0, depth_m));
+        ASSERT_EQ(Vector3d(forces[0].back().force_n), alone.force()) << seq;
     }
     EXPECT_EQ(forces[0].back().servo_state, HAPTABLE_CONTACT);
     EXPECT_TRUE(forces[1].empty());
@@ -176,27 +173,26 @@ TEST_P(TwoFingers, OneDeviceFeelsWhatASceneOfOneGives) {
 
 // In lockstep a tick is both states, and its forces are those of the pair, each on its own channel.
 TEST_P(TwoFingers, ATickIsBothAndItsForcesAreThePairs) {
-    lockstep(0, 0, -0.001);
-    lockstep(1, 0, -0.001);
-    haptable_room room{};
-    haptable_pair& pair = room.fingers;
-    haptable_pair_init(soft_pair().scene().pair, &pair);
+    lockstep_both(0, -0.001);
+    SceneState pair = state_of(soft_pair().scene());
     haptable_output out[2];
     for (std::int64_t seq = 1; seq < 60; ++seq) {
         const double depth_m = 1e-4 * static_cast<double>(seq - 10);
         lockstep(seq % 2 == 0 ? 0 : 1, seq, depth_m);
         ASSERT_EQ(forces[0].size() + forces[1].size(), static_cast<std::size_t>(2 * seq)) << "one waits";
         lockstep(seq % 2 == 0 ? 1 : 0, seq, depth_m);
-        float at_m[2][3];
-        for (std::size_t f = 0; f < 2; ++f) std::copy_n(to_finger(place(f, depth_m).data()).data(), 3, at_m[f]);
-        haptable_pair_step(soft_pair().scene().pair, &pair, at_m[0], at_m[1], static_cast<std::uint32_t>(seq * 1000),
-                           out);
+        haptable_input in[2]{};
+        for (std::size_t f = 0; f < 2; ++f) {
+            in[f].is_there = 1;
+            std::copy_n(place(f, depth_m).data(), 3, in[f].finger_m);
+        }
+        pair.step(in, static_cast<std::uint32_t>(seq * 1000), out);
         for (std::size_t f = 0; f < 2; ++f) {
             ASSERT_EQ(forces[f].size(), static_cast<std::size_t>(seq) + 1);
             EXPECT_EQ(forces[f].back().seq, seq);
             EXPECT_EQ(forces[f].back().utime, seq * 1000);
             EXPECT_EQ(forces[f].back().servo, forces[0].front().servo);
-            for (int a = 0; a < 3; ++a) ASSERT_EQ(forces[f].back().force_n[a], double{out[f].force_n[a]}) << seq;
+            ASSERT_EQ(Vector3d(forces[f].back().force_n), to_vector(out[f].force_n)) << seq;
         }
     }
     EXPECT_EQ(out[0].state, HAPTABLE_CONTACT);
@@ -271,14 +267,11 @@ TEST_P(TwoFingers, ASilentFingerIsReleasedAndTheOtherGoesOn) {
     press_both();
     const double both_n = forces[0].back().force_n[2];
     const std::size_t answers = forces[1].size();
-    for (std::int64_t seq = 20; seq < 45; ++seq) {
-        real(0, seq, 0.001);
-        wait(milliseconds(1));
-    }
+    go_on_alone();
     ASSERT_EQ(forces[1].size(), answers + 1) << "told once";
     EXPECT_EQ(forces[1].back().servo_state, HAPTABLE_SILENT);
     EXPECT_EQ(forces[1].back().seq, 19);
-    for (const double component : forces[1].back().force_n) EXPECT_EQ(component, 0.0);
+    EXPECT_EQ(Vector3d(forces[1].back().force_n), Vector3d::Zero());
     EXPECT_EQ(contacts[1].back().count, 0);
     EXPECT_EQ(forces[0].back().seq, 44);
     EXPECT_EQ(forces[0].back().servo_state, HAPTABLE_CONTACT);
@@ -296,10 +289,7 @@ TEST_P(TwoFingers, ASilentFingerIsReleasedAndTheOtherGoesOn) {
 // It begins anew: inside, where nobody saw it come, it feels nothing; the first goes on in its contact.
 TEST_P(TwoFingers, ADeviceThatRestartsInheritsNoContact) {
     press_both();
-    for (std::int64_t seq = 20; seq < 45; ++seq) {
-        real(0, seq, 0.001);
-        wait(milliseconds(1));
-    }
+    go_on_alone();
     device_state again = state(1, 0, 0.001, device_state::REAL_TIME);
     again.session = 77;
     send(1, again);
@@ -312,10 +302,8 @@ TEST_P(TwoFingers, ADeviceThatRestartsInheritsNoContact) {
 
 // In lockstep time stands still: only a device that is gone for a second of real time is not waited for.
 TEST_P(TwoFingers, InLockstepADeviceThatIsGoneIsReleased) {
-    lockstep(0, 0, -0.001);
-    lockstep(1, 0, -0.001);
-    for (std::int64_t seq = 1; seq < 30; ++seq)
-        for (const std::size_t finger : {0U, 1U}) lockstep(finger, seq, 1e-4 * static_cast<double>(seq - 9));
+    lockstep_both(0, -0.001);
+    for (std::int64_t seq = 1; seq < 30; ++seq) lockstep_both(seq, 1e-4 * static_cast<double>(seq - 9));
     lockstep(0, 30, 0.002);
     wait(milliseconds(900));
     EXPECT_EQ(forces[0].back().seq, 29);
@@ -341,7 +329,7 @@ TEST_P(TwoFingers, ASecondDeviceOfOneFingerIsRefusedAndToldOnce) {
     ASSERT_EQ(forces[1].size(), answers + 5);
     EXPECT_EQ(forces[1].back().session, 5);
     EXPECT_EQ(forces[1].back().owner, kSession + 1);
-    for (const double component : forces[1].back().force_n) EXPECT_EQ(component, 0.0);
+    EXPECT_EQ(Vector3d(forces[1].back().force_n), Vector3d::Zero());
     EXPECT_EQ(status("other_device_states_2"), 5);
     EXPECT_EQ(status("other_device_states"), 0);
     ASSERT_EQ(told.size(), 1U);
@@ -409,8 +397,7 @@ TEST_F(TwoBehindALine, InRealTimeAForceThatIsLostIsOvertaken) {
 }
 
 TEST_F(TwoBehindALine, InLockstepATickIsSentAgainUntilItIsAnswered) {
-    lockstep(0, 0, -0.001);
-    lockstep(1, 0, -0.001);
+    lockstep_both(0, -0.001);
     const std::uint32_t ticks = target().counters(0).ticks;
     lose_an_answer(1, device_state::SIMULATED);
     wait(milliseconds(50));
@@ -424,83 +411,47 @@ TEST_F(TwoBehindALine, InLockstepATickIsSentAgainUntilItIsAnswered) {
 
 // ---- two hands, their log and their record ------------------------------------------------------------------------
 
-/// The first line in which two files differ; empty where none does.
-std::string first_other(const std::filesystem::path& a, const std::filesystem::path& b) {
-    const std::vector<std::string> ours = lines_of(read_file(a)), theirs = lines_of(read_file(b));
-    for (std::size_t i = 0; i < std::min(ours.size(), theirs.size()); ++i)
-        if (ours[i] != theirs[i]) return ours[i] + "\n" + theirs[i];
-    return ours.size() == theirs.size() ? "" : "one ends before the other";
-}
-
-class TwoHands : public testing::Test {
+class TwoHands : public RecordedLoop {
 protected:
-    /// A pinch by two hands of one device, the servo's CSV and the session's log.
-    std::array<DeviceReport, 2> run(bool lockstep, const std::string& faults, const std::string& tag,
-                                    const ServoScene& scene) {
-        SimulatedTime time;
-        Connection connection("memq://");
-        LogWriter log_writer(log(tag));
-        const Recorder recorder(connection, log_writer);
-        ServoRecord record(scene, csv(tag));
-        LocalStepper stepper(scene);
-        Session servo(stepper, connection, &record);
-        time.also([&] { return servo.watch_at(); }, [&](Clock::time_point now) { servo.watch(now); });
+    /// A pinch by two hands of one device.
+    std::vector<DeviceReport> pinch(const std::string& tag, bool lockstep = true, const std::string& faults = "") {
+        const auto from = [](double x, double way) {
+            PathOptions at;
+            at.at_m = {x, 0.0143, 0.02};
+            at.direction = {way, 0.0, 0.0};
+            return scripted_path("poke", at);
+        };
         SessionOptions options;
         options.lockstep = lockstep;
         options.seconds = 1.0;
         if (!faults.empty()) options.faults = parse_faults(faults);
-        std::array<std::unique_ptr<Path>, 2> path;
-        std::array<std::unique_ptr<SimulatedDriver>, 2> driver;
-        std::array<std::unique_ptr<DeviceSession>, 2> hand;
-        for (std::size_t f = 0; f < 2; ++f) {
-            PathOptions at;
-            at.at_m = {f == 0 ? 0.0 : 0.03, 0.0143, 0.02};
-            at.direction = {f == 0 ? 1.0 : -1.0, 0.0, 0.0};
-            path[f] = scripted_path("poke", at);
-            driver[f] =
-                std::make_unique<SimulatedDriver>(PointDevice(Device{}, Hand{}, path[f]->at(0.0).position_m), *path[f]);
-            options.finger = f;
-            options.seed = 10 * (f + 1);
-            hand[f] = std::make_unique<DeviceSession>(*driver[f], connection, options, nullptr);
-        }
-        run_together({hand[0].get(), hand[1].get()});
-        handle_all(connection);
-        record.finish();
-        log_writer.finish();
-        return {hand[0]->report(), hand[1]->report()};
+        return run(scene, tag, {from(0.0, 1.0), from(0.03, -1.0)}, options);
     }
-    void expect_same_again(const std::string& tag, const ServoScene& scene) {
-        const ReplayReport report = replay(scene, log(tag), folder / "again.csv", true);
-        EXPECT_EQ(report.other_forces, 0) << "the first at " << report.first_other;
+    void expect_both_again(const std::string& tag) const {
+        const ReplayReport report = expect_same_again(tag, scene);
         EXPECT_GT(report.compared, 1000);
         ASSERT_EQ(report.others.size(), 1U);
-        EXPECT_GT(std::int64_t{report.counters.contact_ticks}, 10);
         EXPECT_GT(std::int64_t{report.others[0].counters.contact_ticks}, 10);
-        EXPECT_EQ(first_other(folder / "again.csv", csv(tag)), "");
     }
-    std::filesystem::path log(const std::string& tag) const { return folder / (tag + ".lcmlog"); }
-    std::filesystem::path csv(const std::string& tag) const { return folder / (tag + ".csv"); }
 
-    WorkFolder folder;
+    ServoScene scene = soft_pair().scene();
 };
 
 TEST_F(TwoHands, LockstepGivesTheSameBytesTwiceAndFromItsRecords) {
-    const auto reports = run(true, "", "a", soft_pair().scene());
+    const auto reports = pinch("a");
     for (const DeviceReport& report : reports) {
         EXPECT_EQ(report.missed, 0);
         EXPECT_EQ(report.resent, 0);
         EXPECT_GT(report.contact_ticks, 100);
         EXPECT_GT(report.largest_force_n, 0.1);
     }
-    run(true, "", "b", soft_pair().scene());
+    pinch("b");
     EXPECT_EQ(first_other(csv("a"), csv("b")), "");
-    expect_same_again("a", soft_pair().scene());
-    replay(soft_pair().scene(), csv("a"), folder / "of_csv.csv", true);
-    EXPECT_EQ(first_other(folder / "of_csv.csv", csv("a")), "");
+    expect_both_again("a");
 }
 
 TEST_F(TwoHands, TheTableOfASessionHasBoth) {
-    run(true, "", "a", soft_pair().scene());
+    pinch("a");
     const Timeline timeline = read_timeline(log("a"));
     ASSERT_EQ(timeline.ticks.size(), 1000U);
     ASSERT_EQ(timeline.others.at(0).size(), 1000U);
@@ -510,7 +461,7 @@ TEST_F(TwoHands, TheTableOfASessionHasBoth) {
         largest_n = std::fmax(largest_n, tick.force_size_n());
         stored_j = std::fmax(stored_j, tick.stored_j);
     }
-    const ReplayReport report = replay(soft_pair().scene(), log("a"), "", true);
+    const ReplayReport report = replay(scene, log("a"), "", true);
     EXPECT_EQ(largest_n, report.others[0].largest_force_n);
     EXPECT_WITHIN(std::abs(stored_j - report.others[0].energy.most_stored_j()), .count = 16, .epsilon = kFloat,
                   .condition = 0.03 / 0.004, .size = stored_j);
@@ -525,36 +476,30 @@ TEST_F(TwoHands, TheTableOfASessionHasBoth) {
 }
 
 TEST_F(TwoHands, LockstepWithLostMessagesGivesTheSameBytes) {
-    run(true, "", "whole", soft_pair().scene());
-    const auto reports = run(true, "drop=0.03,double=0.05", "lossy", soft_pair().scene());
+    pinch("whole");
+    const auto reports = pinch("lossy", true, "drop=0.03,double=0.05");
     EXPECT_GT(reports[0].resent + reports[1].resent, 5);
     EXPECT_EQ(first_other(csv("whole"), csv("lossy")), "");
-    expect_same_again("lossy", soft_pair().scene());
+    expect_both_again("lossy");
 }
 
+// With faults: silences of either, lost and late states, positions that are none.
 TEST_F(TwoHands, RealTimeGivesTheSameForcesFromItsLog) {
-    const auto reports = run(false, "", "a", soft_pair().scene());
-    EXPECT_LT(reports[0].latency.max_us(), 1.0);  // of simulated time: neither waits for the other
-    EXPECT_LT(reports[1].latency.max_us(), 1.0);
-    expect_same_again("a", soft_pair().scene());
-}
-
-// Silences of either, lost and late states, positions that are none.
-TEST_F(TwoHands, RealTimeWithFaultsGivesTheSameForcesFromItsLog) {
-    const auto reports = run(false, "drop=0.02,reorder=0.02,gone=0.003:40ms,nan=0.002", "a", soft_pair().scene());
-    EXPECT_GT(reports[0].silences, 0);
-    EXPECT_GT(reports[1].silences, 0);
-    expect_same_again("a", soft_pair().scene());
+    for (const DeviceReport& report : pinch("a", false))
+        EXPECT_LT(report.latency.max_us(), 1.0);  // of simulated time: neither waits for the other
+    expect_both_again("a");
+    for (const DeviceReport& report : pinch("b", false, "drop=0.02,reorder=0.02,gone=0.003:40ms,nan=0.002"))
+        EXPECT_GT(report.silences, 0);
+    expect_both_again("b");
 }
 
 TEST_F(TwoHands, ABodyThatNothingHoldsMovesOnceATick) {
     haptable_body body = cube_body();
     add_gravity(body);
     add_floor(body, 0.0, 0.5);
-    ServoScene loose = soft_pair().scene();
-    loose.body = &body;
-    run(true, "", "a", loose);
-    expect_same_again("a", loose);
+    scene.body = &body;
+    pinch("a");
+    expect_both_again("a");
     const auto rows = read_rows(csv("a"));
     EXPECT_EQ(rows[0].size(), 1U + 19U + 19U + 7U);
     // A force on each side, and the cube between them.
@@ -566,13 +511,12 @@ TEST_F(TwoHands, ABodyThatNothingHoldsMovesOnceATick) {
     EXPECT_GT(most_n[0], 0.05);
     EXPECT_GT(most_n[1], 0.05);
     // The cube has moved; what is stored is of its own frame, for the servo as for who reads the log.
-    const Timeline timeline = read_timeline(log("a"));
     double stored_j = 0.0, deepest_m = 0.0;
-    for (const Tick& tick : timeline.ticks) {
+    for (const Tick& tick : read_timeline(log("a")).ticks) {
         stored_j = std::fmax(stored_j, tick.stored_j);
         deepest_m = std::fmax(deepest_m, tick.depth_m);
     }
-    const ReplayReport report = replay(loose, log("a"), "", true);
+    const ReplayReport report = replay(scene, log("a"), "", true);
     EXPECT_LT(deepest_m, 0.006);
     EXPECT_WITHIN(std::abs(stored_j - report.energy.most_stored_j()), .count = 64, .epsilon = kFloat,
                   .condition = 0.03 / 0.004, .size = stored_j);

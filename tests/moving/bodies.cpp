@@ -7,6 +7,7 @@
 
 #include "host/mesh/write_tetgen.hpp"
 #include "tests/bodies.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace haptable::test {
 
@@ -63,13 +64,13 @@ Shaped ring() { return {"ring", torus_cells(12, 2, 0.02, 0.007)}; }
 Shaped lump() { return {"lump", {{5, 4, 4}, wavy, always, never}}; }
 Shaped noisy_scan() { return {"scan", {{kVoxels, kVoxels, kVoxels}, scanned, is_scanned, never}}; }
 
-Scene scene_of(const Shaped& shaped, bool is_free, int modes, ForceLaw force, int fingers,
-               const std::filesystem::path& folder) {
+Scene scene_of(const Shaped& shaped, bool is_free, int modes, ForceLaw force, int fingers) {
+    static const TemporaryFolder folder;  // of each body its mesh
     const TetMesh mesh = mesh_of(shaped.cells);
     Scene scene;
     scene.name = shaped.name;
     scene.file = shaped.name + ".toml";
-    scene.mesh.file = write_tetgen(mesh.position_m, mesh.tet, folder / shaped.name);
+    scene.mesh.file = write_tetgen(mesh.position_m, mesh.tet, folder.path() / shaped.name);
     scene.material = {kYoung_pa, kPoisson};
     const auto [low, high] = std::minmax_element(mesh.position_m.begin(), mesh.position_m.end(),
                                                  [](const auto& a, const auto& b) { return a.z() < b.z(); });

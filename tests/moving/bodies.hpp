@@ -2,12 +2,10 @@
 // The bodies on which the laws of motion are tried, each as a scene of its own.
 #pragma once
 
-#include <filesystem>
 #include <string>
 
 #include "host/scene/scene.hpp"
 #include "tests/cells.hpp"
-#include "tests/temporary_folder.hpp"
 
 namespace haptable::test {
 
@@ -28,8 +26,7 @@ Shaped lump();        ///< bent, dented and round-edged: an organ
 Shaped noisy_scan();  ///< voxels of a ball, moved at random
 
 /// Soft rubber, 15 kPa, 1,000 kg/m^3. A held one stands on its lowest sixth; a free one has a floor at its lowest
-/// point. The mesh is written to `folder`, which the scene needs when it is computed.
-Scene scene_of(const Shaped& shaped, bool is_free, int modes, ForceLaw force, int fingers,
-               const std::filesystem::path& folder);
+/// point.
+Scene scene_of(const Shaped& shaped, bool is_free, int modes, ForceLaw force, int fingers);
 
 }  // namespace haptable::test
