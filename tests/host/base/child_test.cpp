@@ -9,7 +9,7 @@
 #include <fstream>
 #include <thread>
 
-#include "host/base/error.hpp"
+#include "tests/error_of.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace haptable::test {
@@ -28,17 +28,19 @@ TEST(Child, ItsOutputAndItsEndAreKept) {
     EXPECT_EQ(child.out(), "out\n");
 }
 
-TEST(Child, ItsLastWordsAreShown) {
-    Child child("servo", {"sh", "-c", "echo first >&2; echo 'servo: no tables' >&2; exit 3"});
-    child.wait(kLong);
-    EXPECT_FALSE(child.is_well());
-    EXPECT_EQ(child.how_it_ended(), "servo ended with status 3: servo: no tables");
-}
-
-TEST(Child, ASignalIsNamed) {
-    Child child("servo", {"sh", "-c", "kill -9 $$"});
-    child.wait(kLong);
-    EXPECT_EQ(child.how_it_ended(), "servo was ended by signal 9 (Killed)");
+TEST(Child, HowItEndedIsShownWithItsLastWords) {
+    for (const auto& [script, said] : {std::pair("echo first >&2; echo 'servo: no tables' >&2; exit 3",
+                                                 "servo ended with status 3: servo: no tables"),
+                                       {"kill -9 $$", "servo was ended by signal 9 (Killed)"}}) {
+        Child child("servo", {"sh", "-c", script});
+        child.wait(kLong);
+        EXPECT_FALSE(child.is_well());
+        EXPECT_EQ(child.how_it_ended(), said);
+    }
+    Child missing("viewer", {"/nonexistent/haptable-view"});
+    missing.wait(kLong);
+    EXPECT_FALSE(missing.is_well());
+    EXPECT_TRUE(says(missing.how_it_ended(), "/nonexistent/haptable-view"));
 }
 
 // Nor are its last words the reason: they were of something else.
@@ -61,13 +63,6 @@ TEST(Child, TellsEachLineOnce) {
     child.wait(kLong);
     EXPECT_EQ(lines, (std::vector<std::string>{"first", "second"}));
     EXPECT_TRUE(child.new_lines().empty());
-}
-
-TEST(Child, AProgramThatIsMissingIsNamed) {
-    Child child("viewer", {"/nonexistent/haptable-view"});
-    child.wait(kLong);
-    EXPECT_FALSE(child.is_well());
-    EXPECT_NE(child.how_it_ended().find("/nonexistent/haptable-view"), std::string::npos) << child.how_it_ended();
 }
 
 TEST(Child, EndsWhenAsked) {

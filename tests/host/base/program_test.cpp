@@ -5,9 +5,9 @@
 
 #include "host/base/error.hpp"
 #include "host/base/interrupt.hpp"
+#include "tests/error_of.hpp"
 
 namespace haptable {
-
 namespace {
 
 struct Outcome {
@@ -23,7 +23,7 @@ Outcome run_with(std::vector<std::string> arguments, const std::function<void()>
     testing::internal::CaptureStdout();
     testing::internal::CaptureStderr();
     Outcome run;
-    run.status = run_program(app, static_cast<int>(argv.size()), argv.data(), work);
+    run.status = run_program(app, int(argv.size()), argv.data(), work);
     run.out = testing::internal::GetCapturedStdout();
     run.err = testing::internal::GetCapturedStderr();
     return run;
@@ -57,12 +57,11 @@ TEST(Program, AnUnknownOptionIsAnErrorAndDoesNoWork) {
 TEST(Program, HelpAndVersionGoToStandardOutput) {
     const Outcome help = run_with({"--help"}, [] { FAIL(); });
     EXPECT_EQ(help.status, 0);
-    EXPECT_NE(help.out.find("A program."), std::string::npos);
+    EXPECT_TRUE(test::says(help.out, "A program."));
     const Outcome version = run_with({"--version"}, [] { FAIL(); });
     EXPECT_EQ(version.status, 0);
     EXPECT_EQ(version.out, std::string("prog ") + kVersion + "\n");
 }
 
 }  // namespace
-
 }  // namespace haptable

@@ -7,7 +7,6 @@
 #include <stdexcept>
 
 namespace haptable {
-
 namespace {
 
 TEST(WorkersOf, AnyNumberDoEveryIndexOnce) {
@@ -44,5 +43,4 @@ TEST(WorkersOf, AnExceptionComesOutAndTheyGoOn) {
 }
 
 }  // namespace
-
 }  // namespace haptable

@@ -4,8 +4,12 @@
 
 #include <string>
 
+#include "host/body/assembly.hpp"
 #include "host/body/body.hpp"
+#include "host/mesh/cube.hpp"
 #include "host/scene/scene.hpp"
+#include "tests/conditioning.hpp"
+#include "tests/dense.hpp"
 
 namespace haptable::test {
 
@@ -29,11 +33,31 @@ inline Scene cube_of(const std::string& name, int nodes_per_side, const Material
     return scene;
 }
 
+/// L = K^-1 of a body as a solver.
+class DenseInverse : public LinearSolver {
+public:
+    DenseInverse(const Scene& scene, const Body& body) : l(dense::inverse_spd(assembled(assemble_free(scene, body)))) {}
+    Eigen::Index size() const override { return l.rows(); }
+    void solve(const Eigen::MatrixXd& b, Eigen::MatrixXd& x) const override { x = l * b; }
+    const Eigen::MatrixXd l;
+};
+
+/// Two cubes of so many nodes a side, two sides apart.
+inline TetMesh two_cubes(int nodes_per_side, double side_m) {
+    const TetMesh one = make_cube(nodes_per_side, side_m);
+    TetMesh mesh = one;
+    const auto n = std::int32_t(one.position_m.size());
+    for (const Eigen::Vector3d& p : one.position_m)
+        mesh.position_m.push_back(p + 3.0 * side_m * Eigen::Vector3d::UnitX());
+    for (const auto& [a, b, c, d] : one.tet) mesh.tet.push_back({a + n, b + n, c + n, d + n});
+    return mesh;
+}
+
 /// Nodal forces of what loads a body's surface: force(area, corners) of each face, its area as a vector outwards. Each
 /// corner has a third; with middles they. [3 nodes] N
 template <typename Force>
 Eigen::VectorXd surface_load(const Body& body, Force force) {
-    Eigen::VectorXd sum = Eigen::VectorXd::Zero(3 * static_cast<Eigen::Index>(body.mesh.position_m.size()));
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(3 * Eigen::Index(body.mesh.position_m.size()));
     const auto& x = body.mesh.position_m;
     const auto add = [&](const std::int32_t* corner, const std::int32_t* loaded) {
         const std::array at{x[std::size_t(corner[0])], x[std::size_t(corner[1])], x[std::size_t(corner[2])]};

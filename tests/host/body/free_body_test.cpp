@@ -2,17 +2,19 @@
 // precompute() of a body that nothing holds: its tables, body.json, and the C of it.
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "codegen/rigid_body.hpp"
 #include "host/base/file.hpp"
 #include "host/body/rigid_body.hpp"
-#include "host/mesh/cube.hpp"
+
 #include "host/precompute/precompute.hpp"
 #include "host/precompute/requirements.hpp"
 #include "host/tables/tables.hpp"
 #include "tests/bodies.hpp"
 #include "tests/error_of.hpp"
+#include "tests/host/body/cubes.hpp"
 #include "tests/sealed.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tolerance.hpp"
@@ -53,9 +55,11 @@ TEST_F(FreeBodyTables, TheServosBodyIsTheScenes) {
     EXPECT_EQ(body->floor_friction, 0.3F);
     EXPECT_EQ(body->point_count, 8U);
     EXPECT_EQ(body->gravity_m_per_s2[2], 0.0F);
-    EXPECT_NE(read_file(folder.path() / "model.c").find("struct haptable_body haptable_cube4nu30_body"),
-              std::string::npos);
-    EXPECT_NE(read_file(folder.path() / "model.h").find("HAPTABLE_MODEL_BODY"), std::string::npos);
+    EXPECT_TRUE(test::says(read_file(folder.path() / "model.c"), "struct haptable_body haptable_cube4nu30_body"));
+    EXPECT_TRUE(test::says(read_file(folder.path() / "model.h"), "HAPTABLE_MODEL_BODY"));
+    run(test::cube_scene(4, 0.3));  // held, it has nothing of it
+    EXPECT_FALSE(read_rigid_body(folder.path()));
+    EXPECT_EQ(read_file(folder.path() / "model.h").find("haptable_body"), std::string::npos);
 }
 
 // Every node is free, and S is that of the relieved L: a cube that is as soft at all eight of its corners.
@@ -65,7 +69,7 @@ TEST_F(FreeBodyTables, StiffnessHasTheCubesSymmetry) {
     EXPECT_EQ(tables.node_id.size(), 4U * 4U * 4U - 8U);
     double least = HUGE_VAL, most = 0.0;
     for (std::size_t i = 0; i < tables.node_id.size(); ++i) {
-        const auto& x = tables.position[static_cast<std::size_t>(tables.node_id[i])];
+        const auto& x = tables.position[std::size_t(tables.node_id[i])];
         const auto at_end = [](double c) { return c < 1e-9 || c > 0.03 - 1e-9; };
         if (!at_end(x[0]) || !at_end(x[1]) || !at_end(x[2])) continue;
         const auto& s = tables.stiffness[i];
@@ -78,58 +82,34 @@ TEST_F(FreeBodyTables, StiffnessHasTheCubesSymmetry) {
     EXPECT_GT(least, 0.0);
 }
 
-TEST_F(FreeBodyTables, AHeldBodyHasNothingOfIt) {
-    run(free_cube());
-    Scene held = test::cube_scene(4, 0.3);
-    run(held);
-    EXPECT_FALSE(read_rigid_body(folder.path()));
-    EXPECT_EQ(read_file(folder.path() / "model.h").find("haptable_body"), std::string::npos);
-}
-
-TEST_F(FreeBodyTables, SaysWhatMassAndInertiaAServoMoves) {
-    Scene light = free_cube();
-    light.free_body->line = 7;
-    light.free_body->mass_kg = 0.0;
-    light.free_body->density_kg_per_m3 = 1e-5;
-    EXPECT_NE(test::error_of([&] { run(light); }).find("cube.toml:7: body.density: the body has"), std::string::npos);
-    light.free_body->density_kg_per_m3 = 1e15;
-    EXPECT_NE(test::error_of([&] { run(light); }).find("and a servo moves 1e-06 to 1e+06 kg"), std::string::npos);
-    Scene small = free_cube();
-    small.free_body->line = 7;
-    small.free_body->mass_kg = 1e-6;
-    small.mesh.side_m = 1e-4;
-    EXPECT_NE(test::error_of([&] { run(small); }).find("cube.toml:7: body.mass: the body's principal moments"),
-              std::string::npos);
-}
-
 TEST_F(FreeBodyTables, SaysWhatItCannotBe) {
-    Scene fast = free_cube();
-    fast.free_body->line = 7;
-    fast.free_body->stiffness[0] = 0.05 * 4.0 * 9.87 * 90.0 * 90.0;
-    EXPECT_NE(test::error_of([&] { run(fast); }).find("cube.toml:7: body.suspension: entry 0 swings with up to 90"),
-              std::string::npos);
-
-    TetMesh two = make_cube(3, 0.01);
-    const auto nodes = static_cast<std::int32_t>(two.position_m.size());
-    const std::size_t tets = two.tet.size();
-    for (std::int32_t i = 0; i < nodes; ++i)
-        two.position_m.emplace_back(two.position_m[static_cast<std::size_t>(i)] + Eigen::Vector3d(1.0, 0.0, 0.0));
-    for (std::size_t t = 0; t < tets; ++t) {
-        Tet moved = two.tet[t];
-        for (std::int32_t& node : moved) node += nodes;
-        two.tet.push_back(moved);
+    const auto of_density = [](double kg_per_m3) {
+        return [=](Scene& s) {
+            s.free_body->mass_kg = 0.0;
+            s.free_body->density_kg_per_m3 = kg_per_m3;
+        };
+    };
+    const auto tiny = [](Scene& s) {
+        s.free_body->mass_kg = 1e-6;
+        s.mesh.side_m = 1e-4;
+    };
+    const auto fast = [](Scene& s) { s.free_body->stiffness[0] = 0.05 * 4.0 * 9.87 * 90.0 * 90.0; };
+    const std::pair<std::function<void(Scene&)>, const char*> mistakes[] = {
+        {of_density(1e-5), "cube.toml:7: body.density: the body has"},
+        {of_density(1e15), "and a servo moves 1e-06 to 1e+06 kg"},
+        {tiny, "cube.toml:7: body.mass: the body's principal moments"},
+        {fast, "cube.toml:7: body.suspension: entry 0 swings with up to 90"}};
+    for (const auto& [make, part] : mistakes) {
+        Scene scene = free_cube();
+        scene.free_body->line = 7;
+        make(scene);
+        EXPECT_TRUE(test::fails_with([&] { run(scene); }, part));
     }
-    const Scene scene = free_cube();
-    const Body parts = make_body(scene, two);
-    EXPECT_NE(test::error_of([&] { require_constrained(scene, parts); }).find("does not hang together as one"),
-              std::string::npos);
-}
-
-TEST(RigidBodyFile, SaysWhatItLacks) {
-    const test::TemporaryFolder folder;
+    const Body parts = make_body(free_cube(), test::two_cubes(3, 0.01));
+    EXPECT_TRUE(test::fails_with([&] { require_constrained(free_cube(), parts); }, "does not hang together as one"));
     write_file(folder.path() / "body.json", "{\"mass_kg\": 1}");
     test::seal(folder.path(), nlohmann::json::object());
-    EXPECT_NE(test::error_of([&] { read_rigid_body(folder.path()); }).find("centre_m"), std::string::npos);
+    EXPECT_TRUE(test::fails_with([&] { read_rigid_body(folder.path()); }, "centre_m"));
 }
 
 }  // namespace

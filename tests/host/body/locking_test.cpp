@@ -10,12 +10,10 @@
 #include "host/body/assembly.hpp"
 #include "host/mesh/cube.hpp"
 #include "tests/bodies.hpp"
-#include "tests/conditioning.hpp"
-#include "tests/dense.hpp"
+#include "tests/host/body/cubes.hpp"
 #include "tests/tolerance.hpp"
 
 namespace haptable {
-
 namespace {
 
 // Masks on the cube of 30 mm against the body itself (hexahedra of 27 nodes, refined), by Poisson's ratio, nodes a
@@ -39,23 +37,13 @@ TEST(Locking, IsForeseenWithinAFourth) {
     }
 }
 
-/// L = K^-1 as a solver.
-class DenseInverse : public LinearSolver {
-public:
-    DenseInverse(const Scene& scene, const Body& body)
-        : l(dense::inverse_spd(test::assembled(assemble_free(scene, body)))) {}
-    Eigen::Index size() const override { return l.rows(); }
-    void solve(const Eigen::MatrixXd& b, Eigen::MatrixXd& x) const override { x = l * b; }
-    const Eigen::MatrixXd l;
-};
-
 /// The cube with its inner nodes moved by a fifth of an edge: its grid is kinder than most.
 Body uneven_body(const Scene& scene) {
     TetMesh mesh = make_cube(6, 0.03);
     for (std::size_t i = 0; i < mesh.position_m.size(); ++i) {
         Eigen::Vector3d& x = mesh.position_m[i];
         if (x.minCoeff() < 0.003 || x.maxCoeff() > 0.027) continue;
-        for (int c = 0; c < 3; ++c) x[c] += 0.0012 * std::sin(static_cast<double>(7 * i) + 2.0 * c);
+        for (int c = 0; c < 3; ++c) x[c] += 0.0012 * std::sin(double(7 * i) + 2.0 * c);
     }
     return make_body(scene, std::move(mesh));
 }
@@ -66,12 +54,11 @@ Eigen::VectorXd pad_at(const Body& body, std::int32_t node, const Eigen::Vector3
     double sum = 0.0;
     for (std::size_t j = 0; j < body.mesh.position_m.size(); ++j) {
         const double q =
-            (body.mesh.position_m[j] - body.mesh.position_m[static_cast<std::size_t>(node)]).squaredNorm() /
-            (radius_m * radius_m);
+            (body.mesh.position_m[j] - body.mesh.position_m[std::size_t(node)]).squaredNorm() / (radius_m * radius_m);
         double area = 0.0;
         for (const Patch& p : body.touch_patch) {
-            if (std::find(p.begin(), p.end(), static_cast<std::int32_t>(j)) == p.end()) continue;
-            const auto at = [&](std::size_t c) { return body.mesh.position_m[static_cast<std::size_t>(p[c])]; };
+            if (std::find(p.begin(), p.end(), std::int32_t(j)) == p.end()) continue;
+            const auto at = [&](std::size_t c) { return body.mesh.position_m[std::size_t(p[c])]; };
             const Eigen::Vector3d twice = (at(1) - at(0)).cross(at(2) - at(0));
             if (twice.dot(outward) > 0.0) area += twice.norm() / 6.0;
         }
@@ -87,7 +74,7 @@ Eigen::VectorXd pad_at(const Body& body, std::int32_t node, const Eigen::Vector3
 double locking_of_pads(const Scene& scene, const Body& body, const Eigen::MatrixXd& linear) {
     Scene other = scene;
     other.mesh.element = Element::kAverageNodalPressure;
-    const DenseInverse averaged(other, body);
+    const test::DenseInverse averaged(other, body);
     double most = 0.0;
     for (const FingerLoad& finger : fingers_on(body, {})) {
         const Eigen::VectorXd w = pad_at(body, finger.load.node[0], finger.outward, scene.contact.mask_radius_m);
@@ -103,7 +90,7 @@ TEST(Locking, IsMeasuredFromBelowOnTheBodyItself) {
         Scene scene = test::cube_scene(6, poisson);
         scene.contact.mask_radius_m = 0.01;
         const Body body = uneven_body(scene);
-        const DenseInverse linear(scene, body);
+        const test::DenseInverse linear(scene, body);
         const Locking found = measure_locking(scene, body, {}, linear);
         const double known = locking_of_pads(scene, body, linear.l);
         EXPECT_EQ(found.places, 5U);
@@ -120,10 +107,10 @@ TEST(Locking, IsMeasuredFromBelowOnTheBodyItself) {
 TEST(Locking, OfElementsThatDoNotLockIsNone) {
     Scene scene = test::cube_scene(6, 0.3);
     const Body body = uneven_body(scene);
-    EXPECT_EQ(measure_locking(scene, body, {}, DenseInverse(scene, body)).excess, 0.0);
+    EXPECT_EQ(measure_locking(scene, body, {}, test::DenseInverse(scene, body)).excess, 0.0);
     scene.material.poisson = 0.499;
     scene.mesh.element = Element::kAverageNodalPressure;
-    EXPECT_EQ(measure_locking(scene, body, {}, DenseInverse(scene, body)).excess, 0.0);
+    EXPECT_EQ(measure_locking(scene, body, {}, test::DenseInverse(scene, body)).excess, 0.0);
 }
 
 TEST(Locking, IsWarnedOfOnlyWhereItIsFelt) {
@@ -143,5 +130,4 @@ TEST(Locking, IsWarnedOfOnlyWhereItIsFelt) {
 }
 
 }  // namespace
-
 }  // namespace haptable

@@ -8,14 +8,13 @@
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/body/assembly.hpp"
-#include "host/precompute/identity.hpp"
 #include "tests/conditioning.hpp"
+#include "tests/error_of.hpp"
 #include "tests/host/body/cubes.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tolerance.hpp"
 
 namespace haptable {
-
 namespace {
 
 using Eigen::Matrix3d;
@@ -30,7 +29,7 @@ const Orthotropic kFull{{2e4, 1e4, 1e4}, {0.499, 0.499, 0.745}, {6e3, 6e3, 2.9e3
 Scene bar(const Orthotropic& law, const Matrix3d& axes, Element element) {
     Scene scene = test::cube_of("bar", 4, like(law), element);
     for (std::size_t k = 0; k < 2; ++k)
-        Vector3d::Map(scene.material.orthotropic->axes.direction[k].data()) = axes.col(static_cast<int>(k));
+        Vector3d::Map(scene.material.orthotropic->axes.direction[k].data()) = axes.col(int(k));
     return scene;
 }
 
@@ -45,24 +44,28 @@ void expect_balance(const Scene& scene, const Matrix3d& strain, const Matrix3d& 
     const Eigen::SparseMatrix<double> k = test::assembled(assemble_free(scene, body));
     Eigen::VectorXd u(k.rows());
     for (std::size_t i = 0; i < body.mesh.position_m.size(); ++i)
-        u.segment<3>(3 * static_cast<Eigen::Index>(i)) = strain * body.mesh.position_m[i];
+        u.segment<3>(3 * Eigen::Index(i)) = strain * body.mesh.position_m[i];
     const double size = (k.cwiseAbs() * u.cwiseAbs()).maxCoeff();
     EXPECT_WITHIN((k * u - pull(body, stress)).cwiseAbs().maxCoeff(), .count = 64, .size = size)
         << word(scene.mesh.element);
 }
 
-TEST(Orthotropic, ABarAlongEachAxisStretchesAsItsConstantsSay) {
+TEST(Orthotropic, ABarAlongEachAxisStretchesAndShearsAsItsConstantsSay) {
     const double s = 100.0;
     for (const Orthotropic& law : {kTendon, kFull})
         for (Element element : kElements) {
             const auto& [e, nu, g, axes] = law;
+            const Scene scene = bar(law, Matrix3d::Identity(), element);
             const double strain[3][3] = {{s / e[0], -nu[0] * s / e[0], -nu[1] * s / e[0]},
                                          {-nu[0] * s / e[0], s / e[1], -nu[2] * s / e[1]},
                                          {-nu[1] * s / e[0], -nu[2] * s / e[1], s / e[2]}};
-            for (int k = 0; k < 3; ++k) {
+            for (int k = 0; k < 3; ++k)
+                expect_balance(scene, Vector3d(strain[k]).asDiagonal(),
+                               s * Vector3d::Unit(k).asDiagonal().toDenseMatrix());
+            for (const auto& [i, j, shear_pa] : {std::tuple{0, 1, g[0]}, {0, 2, g[1]}, {1, 2, g[2]}}) {
                 Matrix3d stress = Matrix3d::Zero();
-                stress(k, k) = s;
-                expect_balance(bar(law, Matrix3d::Identity(), element), Vector3d(strain[k]).asDiagonal(), stress);
+                stress(i, j) = stress(j, i) = s;
+                expect_balance(scene, stress / (2.0 * shear_pa), stress);
             }
         }
 }
@@ -89,16 +92,6 @@ TEST(Orthotropic, ABarThatIsTurnedByThirtyDegreesShearsAsItStretches) {
         }
 }
 
-TEST(Orthotropic, ShearAskForItsOwnModulus) {
-    for (Element element : kElements)
-        for (const auto& [i, j, g] :
-             {std::tuple{0, 1, kTendon.shear_pa[0]}, {0, 2, kTendon.shear_pa[1]}, {1, 2, kTendon.shear_pa[2]}}) {
-            Matrix3d stress = Matrix3d::Zero();
-            stress(i, j) = stress(j, i) = 100.0;
-            expect_balance(bar(kTendon, Matrix3d::Identity(), element), stress / (2.0 * g), stress);
-        }
-}
-
 TEST(Orthotropic, IsotropicConstantsGiveTheIsotropicBody) {
     for (Element element : kElements)
         for (double poisson : {0.0, 0.3, 0.49}) {
@@ -122,11 +115,16 @@ TEST(Orthotropic, LayersInSeriesAddTheirCompliancesAndInParallelTheirStiffnesses
     const Orthotropic hard{{5e4, 4e4, 3e4}, {0, 0, 0}, {1e4, 1e4, 1e4}},
         soft{{2e3, 3e3, 4e3}, {0, 0, 0}, {1e3, 1e3, 1e3}};
     for (Element element : kElements)
-        for (int across : {0, 2}) {  // the layers' normal; pulled along z
+        for (const auto& [across, is_isotropic] :  // the layers' normal; pulled along z
+             {std::pair(0, false), {2, false}, {0, true}, {2, true}}) {
             Scene scene = bar(hard, Matrix3d::Identity(), element);
-            Selection half{std::array<double, 6>{-1, -1, -1, 1, 1, 1}, "", 1};
+            Selection half = test::box(-1, -1, -1, 1, 1, 1);
             (*half.box_m)[std::size_t(across) + 3] = kCubeSide_m / 3.0;
             scene.regions.push_back({half, bar(soft, Matrix3d::Identity(), element).material});
+            if (is_isotropic) {
+                scene.material = {3e4, 0.0};
+                scene.regions[0].material = {4e3, 0.0};
+            }
             const Body body = make_body(scene, make_mesh(scene.mesh));
             const Eigen::SparseMatrix<double> k = test::assembled(assemble_free(scene, body));
             // In series one stress, in parallel one strain: u along z, piecewise linear.
@@ -136,15 +134,14 @@ TEST(Orthotropic, LayersInSeriesAddTheirCompliancesAndInParallelTheirStiffnesses
             double force = 0.0;
             for (std::size_t i = 0; i < body.mesh.position_m.size(); ++i) {
                 const double z = body.mesh.position_m[i].z(), in_soft = std::min(z, kCubeSide_m / 3.0);
-                u[3 * static_cast<Eigen::Index>(i) + 2] = soft_strain * in_soft + hard_strain * (z - in_soft);
+                u[3 * Eigen::Index(i) + 2] = soft_strain * in_soft + hard_strain * (z - in_soft);
             }
             const Eigen::VectorXd f = k * u;
             for (std::size_t i = 0; i < body.mesh.position_m.size(); ++i)
-                if (body.mesh.position_m[i].z() > 0.999 * kCubeSide_m) force += f[3 * static_cast<Eigen::Index>(i) + 2];
+                if (body.mesh.position_m[i].z() > 0.999 * kCubeSide_m) force += f[3 * Eigen::Index(i) + 2];
             const double area = kCubeSide_m * kCubeSide_m;
             const double expected = across == 2 ? pull_pa * area : hard_strain * area * (4e3 / 3.0 + 2.0 * 3e4 / 3.0);
-            EXPECT_WITHIN(force / expected - 1.0, .count = 64, .condition = 10) << word(element) << ", " << across;
-            EXPECT_WITHIN(1.0 - force / expected, .count = 64, .condition = 10) << word(element) << ", " << across;
+            EXPECT_WITHIN(std::abs(force / expected - 1.0), .count = 64, .condition = 10) << element << ", " << across;
         }
 }
 
@@ -172,10 +169,9 @@ TEST(Orthotropic, WhatIsNotPositiveDefiniteIsNamed) {
         return Orthotropic{{4e4, 1e4, 1e4}, {nu12, nu13, nu23}, {1e4, 1e4, 1e4}};
     };
     EXPECT_EQ(violated(law(0.3, 0.3, 0.3)), "");
-    EXPECT_NE(violated(law(2.1, 0.0, 0.0)).find("nu12 = 2.1 must lie between -2 and 2, the root of E1 / E2"),
-              std::string::npos);
-    EXPECT_NE(violated(law(0.0, 0.0, -1.0)).find("nu23"), std::string::npos);
-    EXPECT_NE(violated(law(1.3, 1.3, 0.3)).find("1 - nu12 nu21 - nu23 nu32 - nu31 nu13"), std::string::npos);
+    EXPECT_TRUE(test::says(violated(law(2.1, 0.0, 0.0)), "nu12 = 2.1 must lie between -2 and 2, the root of E1 / E2"));
+    EXPECT_TRUE(test::says(violated(law(0.0, 0.0, -1.0)), "nu23"));
+    EXPECT_TRUE(test::says(violated(law(1.3, 1.3, 0.3)), "1 - nu12 nu21 - nu23 nu32 - nu31 nu13"));
     // The condition is that of the stiffness: just within it is positive definite, just beyond it is not.
     for (double nu12 : {0.99 * std::sqrt(1.4), 1.01 * std::sqrt(1.4)}) {  // 1 - nu23 = 2 nu12 nu21 at nu12 = nu13
         const Orthotropic one = law(nu12, nu12, 0.3);
@@ -184,26 +180,6 @@ TEST(Orthotropic, WhatIsNotPositiveDefiniteIsNamed) {
             1 / 1e4;
         EXPECT_EQ(violated(one).empty(), compliance.determinant() > 0.0) << nu12;
     }
-}
-
-TEST(Orthotropic, ConstantsAndDirectionsAreInTheHash) {
-    const auto hash = [](const Scene& scene) {
-        const Body body = make_body(scene, make_mesh(scene.mesh));
-        return std::pair(hash_model(scene, body), hash_body(scene, body));
-    };
-    const Scene base = bar(kTendon, Matrix3d::Identity(), Element::kLinear);
-    std::set<std::uint64_t> models{hash(base).first}, bodies{hash(base).second};
-    std::vector<Scene> others(4, base);
-    others[0].material = {base.material.young_pa, base.material.poisson};
-    others[1].material.orthotropic->shear_pa[1] *= 1.01;
-    others[2].material.orthotropic->axes.direction[1] = {0, 1, 0.1};
-    others[3] = bar(kFull, Matrix3d::Identity(), Element::kLinear);
-    for (const Scene& other : others) {
-        models.insert(hash(other).first);
-        bodies.insert(hash(other).second);
-    }
-    EXPECT_EQ(models.size(), 5U);
-    EXPECT_EQ(bodies.size(), 5U);
 }
 
 /// Two tetrahedra, the second of which stands the other way round, and a triangle between them in the list of cells.
@@ -276,5 +252,4 @@ TEST(Orthotropic, DirectionsFollowCellVectorsOfTheMeshFile) {
 }
 
 }  // namespace
-
 }  // namespace haptable

@@ -10,12 +10,11 @@
 #include "host/inverse/factor.hpp"
 #include "host/precompute/precompute.hpp"
 #include "tests/bodies.hpp"
-#include "tests/dense.hpp"
+#include "tests/host/inverse/dense_reference.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tolerance.hpp"
 
 namespace haptable {
-
 namespace {
 
 namespace fs = std::filesystem;
@@ -25,13 +24,9 @@ using Nodes = std::vector<std::int32_t>;
 class Store : public testing::Test {
 protected:
     static Eigen::SparseMatrix<double> stiffness() { return test::cube_stiffness(9, 0.3); }
-    static Nodes every(std::int32_t step) {
-        Nodes nodes;
-        for (std::int32_t i = 0; i < 648; i += step) nodes.push_back(i);
-        return nodes;
-    }
+
     /// Computes what is missing, at most `groups` of it, as a crash or Ctrl-C would end it. Returns the operations.
-    double compute(ColumnStore& store, std::size_t groups = 1000) {
+    double compute(ColumnStore& store, const ColumnSolver& solver, std::size_t groups = 1000) {
         struct Stop {};
         Columns::Sink sink = store.sink();
         const auto done = sink.done;
@@ -39,16 +34,17 @@ protected:
         sink.done = [&](std::size_t group) {
             if (groups == 0) throw Stop();
             done(group);
-            flops += solver_.flops(group);
+            flops += solver.flops(group);
             --groups;
         };
         try {
-            const double told = solver_.compute(progress_, sink).flops_done;
+            const double told = solver.compute(progress_, sink).flops_done;
             EXPECT_WITHIN(std::abs(told - flops), .count = 8, .size = flops);
         } catch (const Stop&) {
         }
         return flops;
     }
+    double compute(ColumnStore& store, std::size_t groups = 1000) { return compute(store, solver_, groups); }
     std::string columns(const fs::path& work, std::uint64_t key = 1) {
         ColumnStore store(work, key, solver_, node_.size(), row_.size(), format_);
         compute(store);
@@ -61,7 +57,7 @@ protected:
     const fs::path work_ = temporary_.path() / "out.columns";
     const Eigen::SparseMatrix<double> k_ = stiffness();
     const Factor factor_{k_};
-    const Nodes node_ = every(1), row_ = every(1);
+    const Nodes node_ = test::nodes_to(648), row_ = node_;
     const ColumnSolver solver_{factor_.supernodes(), node_, row_};
     ColumnFormat format_;
     Progress progress_{true};
@@ -88,65 +84,57 @@ TEST_F(Store, KilledAtHalfGoesOnFromThereWithTheSameBytes) {
 
 TEST_F(Store, DamagedForeignOrCutOffWorkIsDoneAgain) {
     const std::string whole = columns(temporary_.path() / "whole");
-    const auto kept = [&](std::uint64_t key, const std::function<void()>& damage) {
+    const auto change = [&](const char* file, const std::function<void(std::string&)>& how) {
+        std::string text = read_file(work_ / file);
+        how(text);
+        write_file(work_ / file, text);
+    };
+    struct Case {
+        const char* name;
+        std::size_t kept;
+        std::function<void()> damage;
+        std::uint64_t key = 1;
+    };
+    const Case cases[] = {
+        {"whole", 3, [] {}},
+        {"another key", 0, [] {}, 2},
+        {"one entry is damaged", 2, [&] { change("columns.npy", [](auto& text) { text[text.size() / 2] ^= 1; }); }},
+        {"cut off", 0, [&] { fs::resize_file(work_ / "columns.npy", 1000); }},
+        {"the journal's last line is cut off", 2,
+         [&] { change("journal", [](auto& text) { text.resize(text.size() - 5); }); }}};
+    for (const Case& c : cases) {
+        SCOPED_TRACE(c.name);
         {
             ColumnStore store(work_, 1, solver_, node_.size(), row_.size(), format_);
             compute(store, 3);
         }
-        damage();
-        ColumnStore store(work_, key, solver_, node_.size(), row_.size(), format_);
-        const std::size_t groups = store.kept_groups();
+        c.damage();
+        ColumnStore store(work_, c.key, solver_, node_.size(), row_.size(), format_);
+        EXPECT_EQ(store.kept_groups(), c.kept);
         compute(store);
         store.publish(temporary_.path() / "columns.npy");
         EXPECT_TRUE(read_file(temporary_.path() / "columns.npy") == whole);
-        return groups;
-    };
-    EXPECT_EQ(kept(1, [] {}), 3U);
-    EXPECT_EQ(kept(2, [] {}), 0U) << "another key";
-    EXPECT_EQ(kept(1,
-                   [&] {
-                       std::string text = read_file(work_ / "columns.npy");
-                       text[text.size() / 2] ^= 1;
-                       write_file(work_ / "columns.npy", text);
-                   }),
-              2U)
-        << "one entry is damaged";
-    EXPECT_EQ(kept(1, [&] { fs::resize_file(work_ / "columns.npy", 1000); }), 0U) << "cut off";
-    EXPECT_EQ(kept(1,
-                   [&] {
-                       const std::string text = read_file(work_ / "journal");
-                       write_file(work_ / "journal", text.substr(0, text.size() - 5));
-                   }),
-              2U)
-        << "the journal's last line is cut off";
+    }
 }
 
 TEST_F(Store, PartOfATableKilledGoesOnFromThere) {
     // Every other node and row of the table: the rest is of an earlier run.
-    const Nodes half = every(2);
+    const Nodes half = test::nodes_to(648, 2);
     ColumnPlaces places;
-    for (std::int32_t i : half) places.node.push_back(static_cast<std::size_t>(i));
+    for (std::int32_t i : half) places.node.push_back(std::size_t(i));
     places.row = places.node;
     const ColumnSolver solver(factor_.supernodes(), half, half);
-    struct Stop {};
-    const auto part = [&](std::size_t groups) {
+    {
         ColumnStore store(work_, 1, solver, 648, 648, format_, places);
-        Columns::Sink sink = store.sink();
-        const auto done = sink.done;
-        sink.done = [&](std::size_t group) {
-            if (groups-- == 0) throw Stop();
-            done(group);
-        };
-        EXPECT_THROW(solver.compute(progress_, sink), Stop);
-    };
-    part(1);
+        compute(store, solver, 1);
+    }
     ColumnStore store(work_, 1, solver, 648, 648, format_, places);
     EXPECT_EQ(store.kept_groups(), 1U);
     EXPECT_EQ(solver.compute(progress_, store.sink()).resumed, 128U);
     store.publish(temporary_.path() / "part.npy");
     const std::string whole = columns(temporary_.path() / "whole");
     const MappedNpy<float> all(temporary_.path() / "columns.npy"), some(temporary_.path() / "part.npy");
-    const double scale = static_cast<double>(*std::max_element(all.values().begin(), all.values().end()));
+    const double scale = double(*std::max_element(all.values().begin(), all.values().end()));
     for (std::size_t i = 0; i < 648; ++i)
         for (std::size_t e = 0; e < std::size_t{9} * 648; ++e) {
             const bool there = i % 2 == 0 && e / 9 % 2 == 0;
@@ -167,7 +155,7 @@ TEST_F(Store, HoldsRowsInTableOrderAndSeesADifference) {
     ColumnStore store(work_, 1, solver_, node_.size(), row_.size(), format_);
     compute(store);
     for (std::size_t i : {0U, 7U, 647U}) {
-        const Eigen::MatrixXd x = l.middleCols<3>(3 * static_cast<Eigen::Index>(i));
+        const Eigen::MatrixXd x = l.middleCols<3>(3 * Eigen::Index(i));
         EXPECT_WITHIN(store.difference(i, x), .count = 8, .epsilon = test::kFloat);
         EXPECT_GT(store.difference(i, 1.001 * x), 1e-4);
         EXPECT_GT(store.difference(i, x.colwise().reverse()), 1e-2);
@@ -175,5 +163,4 @@ TEST_F(Store, HoldsRowsInTableOrderAndSeesADifference) {
 }
 
 }  // namespace
-
 }  // namespace haptable

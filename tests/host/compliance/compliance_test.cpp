@@ -6,16 +6,14 @@
 #include <Eigen/Dense>
 #include <random>
 
-#include "host/base/error.hpp"
 #include "host/compliance/sample.hpp"
 #include "host/inverse/factor.hpp"
 #include "tests/conditioning.hpp"
 #include "tests/dense.hpp"
 #include "tests/error_of.hpp"
-#include "tests/temporary_folder.hpp"
+#include "tests/host/inverse/dense_reference.hpp"
 
 namespace haptable {
-
 namespace {
 
 /// A symmetric positive definite matrix with a sparse pattern: a chain of nodes, each tied to the ground.
@@ -32,20 +30,6 @@ Eigen::SparseMatrix<double> random_spd(Eigen::Index nodes) {
     return k.sparseView();
 }
 
-std::vector<std::int32_t> every_other(std::int32_t nodes) {
-    std::vector<std::int32_t> list;
-    for (std::int32_t i = 0; i < nodes; i += 2) list.push_back(i);
-    return list;
-}
-
-TEST(FactorOfK, NamesTheRowOfAPivotThatIsNotPositive) {
-    Eigen::SparseMatrix<double> k = random_spd(10);
-    k.coeffRef(17, 17) = -1.0;
-    const Pivot weakest = Factor(k).weakest_pivot();
-    EXPECT_EQ(weakest.ratio, 0.0);
-    EXPECT_NEAR(static_cast<double>(weakest.row), 17.0, 3.0) << "it, or one that it is tied to";
-}
-
 // What an estimate by Lanczos's method still moves by when it stops.
 constexpr double kSettled = 0.01;
 
@@ -54,7 +38,7 @@ protected:
     const Eigen::SparseMatrix<double> k_ = random_spd(100);
     const test::Bound bound_ = test::inverse_bound(k_);
     const Eigen::MatrixXd l_ = dense::inverse(k_);
-    const std::vector<std::int32_t> node_ = every_other(100);
+    const std::vector<std::int32_t> node_ = test::nodes_to(100, 2);
     Progress progress_{true};
 };
 
@@ -65,10 +49,10 @@ TEST_F(Blocks, ColumnsAreThoseOfTheInverse) {
         solve_columns(factor, k_, node_, progress_, [&](std::size_t first, const Eigen::MatrixXd& x) {
             ASSERT_EQ(first, seen);
             for (Eigen::Index c = 0; c < x.cols() / 3; ++c) {
-                const auto column = l_.middleCols<3>(3 * node_[first + static_cast<std::size_t>(c)]);
+                const auto column = l_.middleCols<3>(3 * node_[first + std::size_t(c)]);
                 ASSERT_WITHIN((x.middleCols<3>(3 * c) - column).norm() / column.norm(), bound_);
             }
-            seen += static_cast<std::size_t>(x.cols()) / 3;
+            seen += std::size_t(x.cols()) / 3;
         });
     EXPECT_EQ(seen, node_.size());
     EXPECT_GT(residual, 0.0);
@@ -151,5 +135,4 @@ TEST_F(Blocks, ConditionIsEstimatedToAFewPercent) {
 }
 
 }  // namespace
-
 }  // namespace haptable

@@ -11,7 +11,6 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "tests/error_of.hpp"
 #include "tests/sealed.hpp"
@@ -37,11 +36,10 @@ public:
             a_.position_m.emplace_back(x, y, 0.3 * x * x);
         }
         a_.rows = [this](const std::vector<std::size_t>& place) {
-            MatrixXd rows(3 * static_cast<Eigen::Index>(place.size()), 3 * static_cast<Eigen::Index>(size()));
+            MatrixXd rows(3 * Eigen::Index(place.size()), 3 * Eigen::Index(size()));
             for (std::size_t i = 0; i < place.size(); ++i)
                 for (std::size_t j = 0; j < size(); ++j)
-                    rows.block<3, 3>(3 * static_cast<Eigen::Index>(i), 3 * static_cast<Eigen::Index>(j)) =
-                        block(place[i], j);
+                    rows.block<3, 3>(3 * Eigen::Index(i), 3 * Eigen::Index(j)) = block(place[i], j);
             return rows;
         };
     }
@@ -75,7 +73,7 @@ PairTables tables_of(const Sheet& sheet, std::size_t bytes, std::vector<std::siz
     PairTables tables;
     tables.clusters = cluster_pairs(sheet.matrix(), bytes, order, least, quiet);
     tables.clusters.place.resize(sheet.size());
-    for (std::size_t i = 0; i < order.size(); ++i) tables.clusters.place[order[i]] = static_cast<std::int32_t>(i);
+    for (std::size_t i = 0; i < order.size(); ++i) tables.clusters.place[order[i]] = std::int32_t(i);
     tables.control_count = sheet.size();
     return tables;
 }
@@ -131,8 +129,8 @@ protected:
     void expect_refused(const std::string& file) {
         seal(folder_);
         const std::string said = error_of([&] { read_pair(folder_); });
-        EXPECT_NE(said.find(file), std::string::npos) << said;
-        EXPECT_NE(said.find("make the tables again"), std::string::npos) << said;
+        EXPECT_TRUE(says(said, file));
+        EXPECT_TRUE(says(said, "make the tables again"));
     }
 
     const Sheet sheet_{100};

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <set>
 
-#include "tests/dense.hpp"
 #include "tests/shapes.hpp"
 #include "tests/tolerance.hpp"
 

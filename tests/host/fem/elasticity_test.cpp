@@ -5,35 +5,29 @@
 
 #include <Eigen/Dense>
 #include <numeric>
-#include <random>
 
 #include "host/fem/stiffness.hpp"
 #include "host/mesh/cube.hpp"
-#include "tests/conditioning.hpp"
 #include "tests/dense.hpp"
 #include "tests/host/fem/jittered_cube.hpp"
+#include "tests/tolerance.hpp"
 
 namespace haptable {
-
 namespace {
 
 using Matrix = Eigen::MatrixXd;
-
-Eigen::SparseMatrix<double> linear_stiffness(const TetMesh& mesh, const std::vector<Lame>& material,
-                                             const std::vector<std::int32_t>& unknown, std::int32_t count) {
-    return assemble_stiffness({Element::kLinear, mesh.position_m, mesh.tet, material}, unknown, count).a;
-}
 
 /// K of all nodes, nothing fixed.
 Eigen::SparseMatrix<double> free_stiffness(const TetMesh& mesh, const Lame& lame) {
     std::vector<std::int32_t> all(mesh.position_m.size());
     std::iota(all.begin(), all.end(), 0);
-    return linear_stiffness(mesh, std::vector<Lame>(mesh.tet.size(), lame), all, static_cast<std::int32_t>(all.size()));
+    const std::vector<Lame> material(mesh.tet.size(), lame);
+    return assemble_stiffness({Element::kLinear, mesh.position_m, mesh.tet, material}, all, std::int32_t(all.size())).a;
 }
 
 Corners corners(const TetMesh& mesh, const Tet& tet) {
     Corners corner_m;
-    for (std::size_t c = 0; c < 4; ++c) corner_m[c] = mesh.position_m[static_cast<std::size_t>(tet[c])];
+    for (std::size_t c = 0; c < 4; ++c) corner_m[c] = mesh.position_m[std::size_t(tet[c])];
     return corner_m;
 }
 
@@ -41,7 +35,7 @@ Corners corners(const TetMesh& mesh, const Tet& tet) {
 /// the matrix of corner coordinates (Zienkiewicz and Taylor, The Finite Element Method, chapter on tetrahedra).
 Eigen::Matrix<double, 12, 12> textbook_stiffness(const Corners& corner, double young, double poisson) {
     Eigen::Matrix4d a;
-    for (int c = 0; c < 4; ++c) a.row(c) << 1.0, corner[static_cast<std::size_t>(c)].transpose();
+    for (int c = 0; c < 4; ++c) a.row(c) << 1.0, corner[std::size_t(c)].transpose();
     const Eigen::Matrix4d shape = a.inverse();  // column c: coefficients 1, x, y, z of N_c
     Eigen::Matrix<double, 6, 12> b = Eigen::Matrix<double, 6, 12>::Zero();
     for (int c = 0; c < 4; ++c) {
@@ -59,7 +53,7 @@ Eigen::Matrix<double, 12, 12> textbook_stiffness(const Corners& corner, double y
 /// Of the two matrices that the textbook inverts: that of the corners, whose columns may have any unit,
 double condition_of_corners(const Corners& corner) {
     Eigen::Matrix4d a;
-    for (int c = 0; c < 4; ++c) a.row(c) << 1.0, corner[static_cast<std::size_t>(c)].transpose();
+    for (int c = 0; c < 4; ++c) a.row(c) << 1.0, corner[std::size_t(c)].transpose();
     a.colwise().normalize();
     const Eigen::Vector4d singular = Eigen::JacobiSVD<Eigen::Matrix4d>(a).singularValues();
     return singular[0] / singular[3];
@@ -87,8 +81,7 @@ TEST(Elasticity, StretchingStoresTheEnergyOfHookesLaw) {
     const Lame lame = Lame::from_young(1e4, 0.3);
     const Matrix k = free_stiffness(mesh, lame);
     Eigen::VectorXd u = Eigen::VectorXd::Zero(k.rows());
-    for (std::size_t i = 0; i < mesh.position_m.size(); ++i)
-        u[3 * static_cast<Eigen::Index>(i)] = 0.01 * mesh.position_m[i].x();
+    for (std::size_t i = 0; i < mesh.position_m.size(); ++i) u[3 * Eigen::Index(i)] = 0.01 * mesh.position_m[i].x();
     const double energy = 0.5 * (lame.lambda_pa + 2.0 * lame.mu_pa) * 0.01 * 0.01 * 2.7e-5;
     // The parts of K u that move a node and its neighbours alike cancel.
     const double added = 0.5 * u.cwiseAbs().dot(k.cwiseAbs() * u.cwiseAbs());
@@ -105,36 +98,5 @@ TEST(Elasticity, StiffnessScalesWithSizeAndYoungsModulus) {
     EXPECT_WITHIN((stiffer / 1e3 - k).norm() / k.norm(), .count = 64);
 }
 
-TEST(Elasticity, TheReducedStiffnessIsAPartOfTheFreeOne) {
-    const TetMesh mesh = test::jittered_cube(4, 0.03);
-    const Lame lame = Lame::from_young(1e4, 0.3);
-    std::vector<std::int32_t> unknown;
-    std::vector<Eigen::Index> rows;
-    std::int32_t count = 0;
-    for (std::size_t i = 0; i < mesh.position_m.size(); ++i) {
-        unknown.push_back(mesh.position_m[i].z() > 0.0 ? count++ : -1);
-        for (Eigen::Index c = 0; unknown.back() >= 0 && c < 3; ++c)
-            rows.push_back(3 * static_cast<Eigen::Index>(i) + c);
-    }
-    const Matrix reduced = linear_stiffness(mesh, std::vector<Lame>(mesh.tet.size(), lame), unknown, count);
-    EXPECT_EQ(reduced, Matrix(free_stiffness(mesh, lame))(rows, rows));
-}
-
-TEST(Elasticity, EveryElementHasItsOwnMaterial) {
-    const TetMesh mesh = make_cube(2, 1.0);
-    std::vector<std::int32_t> all(8);
-    std::iota(all.begin(), all.end(), 0);
-    std::vector<Lame> lame(5);
-    Matrix sum = Matrix::Zero(24, 24);
-    for (std::size_t t = 0; t < 5; ++t) {
-        std::vector<Lame> only(5);
-        only[t] = lame[t] = Lame::from_young(1e3 * static_cast<double>(t + 1), 0.1 * static_cast<double>(t));
-        sum += Matrix(linear_stiffness(mesh, only, all, 8));
-    }
-    const Matrix k = linear_stiffness(mesh, lame, all, 8);
-    EXPECT_WITHIN((k - sum).norm() / k.norm(), .count = 16);  // five elements, added in another order
-}
-
 }  // namespace
-
 }  // namespace haptable

@@ -7,12 +7,20 @@
 #include <cmath>
 #include <span>
 #include <utility>
+#include <vector>
 
 #include "host/inverse/inverse.hpp"
 #include "tests/conditioning.hpp"
 #include "tests/dense.hpp"
 
 namespace haptable::test {
+
+/// first, first + step, ... below count.
+inline std::vector<std::int32_t> nodes_to(std::int32_t count, std::int32_t step = 1, std::int32_t first = 0) {
+    std::vector<std::int32_t> list;
+    for (std::int32_t i = first; i < count; i += step) list.push_back(i);
+    return list;
+}
 
 /// Takes a second for a thousand unknowns: tests that share K share it.
 struct DenseReference {

@@ -6,7 +6,6 @@
 #include "tests/error_of.hpp"
 
 namespace haptable {
-
 namespace {
 
 TEST(MeshModules, AreFoundBesideTheProgramsFolder) {
@@ -23,5 +22,4 @@ TEST(MeshModules, OneThatIsMissingIsNamedWithWhatToDo) {
 }
 
 }  // namespace
-
 }  // namespace haptable

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// haptable-precompute-mpi under mpirun against haptable-precompute: other solver, other processes, the same tables.
+// haptable-precompute-mpi under mpirun against haptable-precompute: other solver, other processes, the same tables. Of
+// every element and law PassesTheTestsOfAnInverse compares them (PrecomputeBy in tests/host/inverse).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,11 +13,11 @@
 #include "host/tables/npy.hpp"
 #include "tests/bodies.hpp"
 #include "tests/conditioning.hpp"
+#include "tests/error_of.hpp"
 #include "tests/process.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace haptable {
-
 namespace {
 
 namespace fs = std::filesystem;
@@ -35,9 +36,9 @@ box = [-1, -1, -1, 1, 1, 0]
 
 template <typename T>
 double value(T x) {
-    return static_cast<double>(x);
+    return double(x);
 }
-double value(Half x) { return static_cast<double>(to_float(x)); }
+double value(Half x) { return double(to_float(x)); }
 
 /// Largest difference of two files' entries, as a share of the largest entry.
 template <typename T>
@@ -110,84 +111,6 @@ TEST_P(MpiOfMore, WritesTheTablesOfOneProcess) {
     EXPECT_EQ(summary.at("model_hash"), parse_json(read_file(one("summary.json"))).at("model_hash"));
 }
 
-TEST_P(Mpi, EdgesAllRowsAndHalfPrecisionToo) {
-    ASSERT_EQ(run(kScene + "[contact]\nforce = \"consistent\"\n[tables]\ncolumns = \"all\"\n"
-                           "column_precision = \"float16\"\n"),
-              0)
-        << read_file(folder_.path() / "many.txt");
-    EXPECT_WITHIN(difference<double>(one("edge_compliance.npy"), many("edge_compliance.npy")), blocks(5));
-    EXPECT_WITHIN(difference<Half>(one("columns.npy"), many("columns.npy")), kHalves);
-}
-
-TEST_P(Mpi, AverageNodalPressureToo) {
-    std::string scene = kScene;
-    scene.replace(scene.find("generate"), 0, "element = \"average-nodal-pressure\"\n");
-    ASSERT_EQ(run(scene), 0) << read_file(folder_.path() / "many.txt");
-    EXPECT_WITHIN(difference<double>(one("stiffness.npy"), many("stiffness.npy")), blocks(5));
-    EXPECT_WITHIN(difference<float>(one("columns.npy"), many("columns.npy")), kFloats);
-}
-
-// Below Poisson's ratio 0.3 K is positive definite as it stands; above, pressures make it a matrix of two signs.
-TEST_P(Mpi, QuadraticTetrahedraToo) {
-    for (const char* poisson : {"0.3", "0.49"}) {
-        std::string scene = kScene;
-        scene.replace(scene.find("generate"), 0, "element = \"quadratic\"\n");
-        scene.replace(scene.find("0.49"), 4, poisson);
-        ASSERT_EQ(run(scene), 0) << read_file(folder_.path() / "many.txt");
-        EXPECT_WITHIN(difference<double>(one("stiffness.npy"), many("stiffness.npy")), blocks(9));
-        EXPECT_WITHIN(difference<float>(one("columns.npy"), many("columns.npy")), kFloats);
-        EXPECT_EQ(read_file(one("mesh.vtu")), read_file(many("mesh.vtu")));
-    }
-}
-
-// K is factorised twice: of the body without its weight, and under it. Every element, with each law once.
-TEST_P(Mpi, FibresMembranesBedsAndWeightToo) {
-    const std::string fibres =
-        "law = \"fibre\"\nyoung_along = 4e4\nyoung_across = 1e4\npoisson = 0.4\npoisson_across = 0.5\nshear = 5e3\n";
-    const std::string wood =
-        "law = \"orthotropic\"\nyoung = [4e4, 1e4, 8e3]\npoisson = [0.3, 0.2, 0.4]\nshear = [6e3, 5e3, 3e3]\n";
-    struct Case {
-        std::string element, material;
-        int nodes_per_side;
-    };
-    for (const Case& c : {Case{"average-nodal-pressure", fibres + "direction = [0.6, 0.0, 0.8]\n", 5},
-                          Case{"linear", wood + "axes = [[0.6, 0.0, 0.8], [0, 1, 0]]\n", 5},
-                          Case{"quadratic", fibres + "around = [[-0.01, 0.012, 0], [0, 0, 1]]\n", 3}}) {
-        SCOPED_TRACE(c.element);
-        const std::string scene =
-            "name = \"cube\"\n[mesh]\ngenerate = \"cube\"\nnodes_per_side = " + std::to_string(c.nodes_per_side) +
-            "\nelement = \"" + c.element + "\"\n[material]\n" + c.material + R"([[region]]
-box = [-1, -1, -1, 1, 1, 0.015]
-young = 2e4
-poisson = 0.4
-[[membrane]]
-box = [-1, -1, 0.0299, 1, 1, 1]
-thickness = 1e-4
-young = 1e6
-poisson = 0.3
-[[bed]]
-box = [-1, -1, -1, 1, 1, 0]
-normal = 1e6
-tangential = 5e5
-[gravity]
-density = 1100
-prestress = true
-[contact]
-force = "pressure-mask"
-mask_radius = 0.01
-)";
-        fs::remove_all(folder_.path() / "one");
-        fs::remove_all(folder_.path() / "many");
-        ASSERT_EQ(run(scene), 0) << read_file(folder_.path() / "many.txt");
-        // The bed is softer than the cube that is held: ten times its bound.
-        const test::Bound bound = blocks(5).times(10.0);
-        EXPECT_WITHIN(difference<double>(one("stiffness.npy"), many("stiffness.npy")), bound);
-        EXPECT_WITHIN(difference<double>(one("patch_compliance.npy"), many("patch_compliance.npy")), bound);
-        EXPECT_WITHIN(difference<double>(one("sag.npy"), many("sag.npy")), bound);
-        EXPECT_WITHIN(difference<float>(one("columns.npy"), many("columns.npy")), kFloats);
-    }
-}
-
 TEST_P(Mpi, WhatHoldsOfItsTablesIsNotComputedAgain) {
     const auto summary = [&] { return parse_json(read_file(many("summary.json"))); };
     const std::string top = "[[touch]]\nbox = [-1, -1, 0.0299, 1, 1, 1]\n";
@@ -226,7 +149,7 @@ TEST_P(Mpi, AnErrorIsTheLeadersOneLineAndEndsAllRanks) {
     std::string scene = kScene;
     EXPECT_EQ(run(scene.replace(scene.find("[[fixed]]"), std::string::npos, "")), 1);
     const std::string said = read_file(folder_.path() / "many.txt");
-    EXPECT_NE(said.find("scene.toml: fixed: 125 of 125 nodes are under-constrained"), std::string::npos) << said;
+    EXPECT_TRUE(test::says(said, "scene.toml: fixed: 125 of 125 nodes are under-constrained"));
     EXPECT_FALSE(fs::exists(folder_.path() / "many"));
 }
 
@@ -236,12 +159,11 @@ TEST_P(MpiOfMore, PassesTheTestsOfAnInverse) {
     const test::Outcome outcome = test::run(mpirun() + "'" + fs::absolute(ranks).string() + "' --gtest_brief=1",
                                             folder_.path(), std::chrono::seconds(300));
     EXPECT_EQ(outcome.status, 0) << outcome.out << outcome.err;
-    EXPECT_NE(outcome.out.find("[  PASSED  ]"), std::string::npos) << outcome.out << outcome.err;
+    EXPECT_TRUE(test::says(outcome.out, "[  PASSED  ]")) << outcome.out << outcome.err;
 }
 
 INSTANTIATE_TEST_SUITE_P(Ranks, Mpi, testing::Values(1, 2));
 INSTANTIATE_TEST_SUITE_P(Ranks, MpiOfMore, testing::Values(1, 2, 3));
 
 }  // namespace
-
 }  // namespace haptable

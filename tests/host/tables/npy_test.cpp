@@ -12,7 +12,6 @@
 #include "tests/temporary_folder.hpp"
 
 namespace haptable {
-
 namespace {
 
 namespace fs = std::filesystem;
@@ -21,8 +20,8 @@ class NpyFile : public testing::Test {
 protected:
     void expect_error(const std::string& part) {
         const std::string said = test::error_of([&] { read_npy<float>(path_); });
-        EXPECT_NE(said.find(part), std::string::npos) << said;
-        EXPECT_NE(said.find(path_.string()), std::string::npos) << said;
+        EXPECT_TRUE(test::says(said, part));
+        EXPECT_TRUE(test::says(said, path_.string()));
         EXPECT_THROW(MappedNpy<float>{path_}, Error);
     }
 
@@ -59,7 +58,7 @@ TEST_F(NpyFile, HeaderIsNumPys) {
     expected.resize(127, ' ');
     EXPECT_EQ(read_file(path_), expected + "\n" + std::string(24, '\0'));
     write_npy<std::int32_t>(path_, {0}, {});
-    EXPECT_NE(read_file(path_).find("'shape': (0,), }"), std::string::npos);
+    EXPECT_TRUE(test::says(read_file(path_), "'shape': (0,), }"));
     EXPECT_TRUE(read_npy<std::int32_t>(path_).values.empty());
 }
 
@@ -74,27 +73,27 @@ TEST_F(NpyFile, DamagedFilesAreErrorsThatNameTheFile) {
     expect_error("cannot be read");
     write_npy<float>(path_, {2, 3}, std::vector<float>(6));
     const std::string good = read_file(path_);
-    const auto damaged = [&](const std::string& bytes, const char* part) {
-        write_file(path_, bytes);
-        expect_error(part);
-    };
-    damaged("", "not a .npy file");
-    damaged("not numpy at all", "not a .npy file");
-    damaged(good.substr(0, 40), "ends within its header");
-    damaged(good.substr(0, good.size() - 1), "bytes where its shape needs");
-    damaged(good + "x", "bytes where its shape needs");
     const auto changed = [&](const std::string& from, const std::string& to) {
         std::string text = good;
         return text.replace(text.find(from), from.size(), to);
     };
-    damaged(changed("<f4", "<f8"), "another type");
-    damaged(changed("False", "True "), "another type");
-    damaged(changed("(2, 3)", "(2, 4)"), "bytes where its shape needs");
-    damaged(changed("(2, 3)", "(2, x)"), "damaged shape");
-    damaged(changed("(2, 3), }", "(2, 3), !"), "damaged shape");
-    // A shape whose product overflows to 6 values must not pass.
-    damaged(changed("(2, 3), }               ", "(18446744073709551615, 6), }").substr(0, good.size()),
-            "damaged shape");
+    for (const auto& [bytes, part] :
+         {std::pair<std::string, const char*>{"", "not a .npy file"},
+          {"not numpy at all", "not a .npy file"},
+          {good.substr(0, 40), "ends within its header"},
+          {good.substr(0, good.size() - 1), "bytes where its shape needs"},
+          {good + "x", "bytes where its shape needs"},
+          {changed("<f4", "<f8"), "another type"},
+          {changed("False", "True "), "another type"},
+          {changed("(2, 3)", "(2, 4)"), "bytes where its shape needs"},
+          {changed("(2, 3)", "(2, x)"), "damaged shape"},
+          {changed("(2, 3), }", "(2, 3), !"), "damaged shape"},
+          // A shape whose product overflows to 6 values must not pass.
+          {changed("(2, 3), }               ", "(18446744073709551615, 6), }").substr(0, good.size()),
+           "damaged shape"}}) {
+        write_file(path_, bytes);
+        expect_error(part);
+    }
 }
 
 TEST_F(NpyFile, TheLongestHeaderIsReadWithoutDeepRecursion) {
@@ -106,5 +105,4 @@ TEST_F(NpyFile, TheLongestHeaderIsReadWithoutDeepRecursion) {
 }
 
 }  // namespace
-
 }  // namespace haptable

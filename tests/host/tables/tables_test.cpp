@@ -9,11 +9,11 @@
 #include "host/precompute/precompute.hpp"
 #include "host/tables/npy.hpp"
 #include "tests/error_of.hpp"
+#include "tests/host/body/cubes.hpp"
 #include "tests/sealed.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace haptable {
-
 namespace {
 
 namespace fs = std::filesystem;
@@ -21,13 +21,9 @@ namespace fs = std::filesystem;
 class TablesFiles : public testing::Test {
 protected:
     TablesFiles() {
-        Scene scene;
+        Scene scene = test::cube_of("block", 3, {1e4, 0.3});
         scene.file = "a/block.toml";
-        scene.name = "block";
-        scene.mesh.generate = "cube";
-        scene.mesh.nodes_per_side = 3;
-        scene.material = {1e4, 0.3};
-        scene.fixed.push_back({std::array<double, 6>{-1, -1, -1, 1, 1, 0}, "", 1});
+        scene.fixed = {test::box(-1, -1, -1, 1, 1, 0)};
         scene.device.max_force_n = 3.5;
         Progress progress(true);
         body_ = precompute(scene, folder_, progress).body;
@@ -70,8 +66,7 @@ TEST_F(TablesFiles, WhatPrecomputeWroteIsRead) {
     EXPECT_EQ(tables.row_id, body_.free_surface_node);
     ASSERT_EQ(tables.position.size(), body_.mesh.position_m.size());
     for (std::size_t i = 0; i < tables.position.size(); ++i)
-        for (std::size_t c = 0; c < 3; ++c)
-            EXPECT_EQ(tables.position[i][c], body_.mesh.position_m[i][static_cast<int>(c)]);
+        for (std::size_t c = 0; c < 3; ++c) EXPECT_EQ(tables.position[i][c], body_.mesh.position_m[i][int(c)]);
 }
 
 TEST_F(TablesFiles, MissingAndDamagedFilesAreNamed) {
@@ -85,27 +80,7 @@ TEST_F(TablesFiles, MissingAndDamagedFilesAreNamed) {
     }
 }
 
-TEST_F(TablesFiles, FilesThatDoNotFitEachOtherAreNamed) {
-    expect_error_with("patch.npy", [](const fs::path& path) {
-        write_npy<std::int32_t>(path, {1, 3}, std::vector<std::int32_t>{0, 1, 27});
-    });
-    expect_error_with("node_id.npy",
-                      [](const fs::path& path) { write_npy<std::int32_t>(path, {1}, std::vector<std::int32_t>{-1}); });
-    expect_error_with("surface.npy", [](const fs::path& path) {
-        write_npy<std::int32_t>(path, {1, 2}, std::vector<std::int32_t>{0, 1});
-    });
-    expect_error_with("stiffness.npy", [](const fs::path& path) {
-        write_npy<double>(path, {1, 3, 3}, std::vector<double>(9));
-    });
-    expect_error_with("tables.json", [](const fs::path& path) { write_file(path, "{\"name\": 3}"); });
-    expect_error_with("tables.json", [](const fs::path& path) {
-        std::string text = read_file(path);
-        text.replace(text.find("\"model_hash\": \"") + 15, 1, "x");
-        write_file(path, text);
-    });
-}
-
-/// With this text instead of the other in a file.
+/// With another value of a key in a file.
 std::function<void(const fs::path&)> with(const std::string& key, const std::string& value) {
     return [key, value](const fs::path& path) {
         std::string text = read_file(path);
@@ -113,6 +88,20 @@ std::function<void(const fs::path&)> with(const std::string& key, const std::str
         text.replace(at, text.find_first_of(",\n}", at) - at, value);
         write_file(path, text);
     };
+}
+
+TEST_F(TablesFiles, FilesThatDoNotFitEachOtherAreNamed) {
+    const auto of = [](const std::vector<std::size_t>& shape, const std::vector<std::int32_t>& values) {
+        return [=](const fs::path& path) { write_npy<std::int32_t>(path, shape, values); };
+    };
+    expect_error_with("patch.npy", of({1, 3}, {0, 1, 27}));
+    expect_error_with("node_id.npy", of({1}, {-1}));
+    expect_error_with("surface.npy", of({1, 2}, {0, 1}));
+    expect_error_with("stiffness.npy", [](const fs::path& path) {
+        write_npy<double>(path, {1, 3, 3}, std::vector<double>(9));
+    });
+    expect_error_with("tables.json", [](const fs::path& path) { write_file(path, "{\"name\": 3}"); });
+    expect_error_with("tables.json", with("model_hash", "\"x123456789abcdef\""));
 }
 
 // An object that pulls the finger in, and limits that limit nothing.
@@ -133,5 +122,4 @@ TEST_F(TablesFiles, AnObjectThatWouldPullIsRefused) {
 }
 
 }  // namespace
-
 }  // namespace haptable

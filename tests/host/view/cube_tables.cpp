@@ -15,7 +15,6 @@
 #include "tests/sealed.hpp"
 
 namespace haptable::test {
-
 namespace {
 
 using Eigen::Matrix3d;
@@ -68,7 +67,7 @@ std::vector<std::int32_t> free_surface_nodes(const CubeSurface& cube) {
     for (const std::int32_t node : cube.patch) nodes[node] = 0;
     std::vector<std::int32_t> free;
     for (const auto& entry : nodes)
-        if (cube.position[static_cast<std::size_t>(entry.first)].z() > 0.0) free.push_back(entry.first);
+        if (cube.position[std::size_t(entry.first)].z() > 0.0) free.push_back(entry.first);
     return free;
 }
 
@@ -77,7 +76,7 @@ std::vector<std::int32_t> touchable(const CubeSurface& cube, const CubeOptions& 
     for (std::size_t p = 0; p < cube.patch.size(); p += 3) {
         bool inside = true;
         for (std::size_t c = 0; c < 3; ++c)
-            inside = inside && cube.position[static_cast<std::size_t>(cube.patch[p + c])].z() >= options.touch_above_m;
+            inside = inside && cube.position[std::size_t(cube.patch[p + c])].z() >= options.touch_above_m;
         if (inside) patch.insert(patch.end(), {cube.patch[p], cube.patch[p + 1], cube.patch[p + 2]});
     }
     return patch;
@@ -98,7 +97,7 @@ void write_cube_tables(const std::filesystem::path& folder, const CubeOptions& o
     std::filesystem::create_directories(folder);
     const CubeSurface cube = make_surface(options);
     const std::vector<std::int32_t> free = free_surface_nodes(cube);
-    const auto at = [&cube](std::int32_t node) { return cube.position[static_cast<std::size_t>(node)]; };
+    const auto at = [&cube](std::int32_t node) { return cube.position[std::size_t(node)]; };
     std::vector<double> position, stiffness;
     for (const Vector3d& p : cube.position) position.insert(position.end(), p.data(), p.data() + 3);
     std::vector<float> columns;
@@ -108,7 +107,7 @@ void write_cube_tables(const std::filesystem::path& folder, const CubeOptions& o
         for (const std::int32_t row : free) {
             const Matrix3d block = cube_compliance(at(row), at(i));
             for (int a = 0; a < 3; ++a)
-                for (int b = 0; b < 3; ++b) columns.push_back(static_cast<float>(block(a, b)));
+                for (int b = 0; b < 3; ++b) columns.push_back(float(block(a, b)));
         }
     }
     const std::vector<std::int32_t> patch = touchable(cube, options);

@@ -25,4 +25,17 @@ Eigen::Matrix3d cube_compliance(const Eigen::Vector3d& to, const Eigen::Vector3d
 /// Writes the files that the viewer reads: the surface nodes of the cube [0, side]^3, bottom fixed.
 void write_cube_tables(const std::filesystem::path& folder, const CubeOptions& options = {});
 
+/// A test with these tables in a folder.
+class WithCube : public ::testing::Test {
+protected:
+    WithCube() { remake({}); }
+    void remake(const CubeOptions& options) {
+        write_cube_tables(folder_.path(), options);
+        tables_ = read_tables(folder_.path());
+    }
+
+    TemporaryFolder folder_;
+    Tables tables_;
+};
+
 }  // namespace haptable::test

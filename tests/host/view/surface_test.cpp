@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The drawn cube: sharp edges, flat faces, the right patches neutral.
+// The drawn cube: sharp edges, flat faces, the right patches neutral; and where a body that nothing holds is.
 #include "host/view/surface.hpp"
 
 #include <gtest/gtest.h>
@@ -7,14 +7,17 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstdlib>
+#include <numbers>
 #include <numeric>
 
+#include "host/view/frame.hpp"
 #include "tests/host/view/cube_tables.hpp"
 #include "tests/tolerance.hpp"
 
 namespace haptable::test {
 namespace {
 
+using Eigen::Vector3d;
 using Eigen::Vector3f;
 
 Tables cube_tables(const CubeOptions& options = {}) {
@@ -23,9 +26,7 @@ Tables cube_tables(const CubeOptions& options = {}) {
     return read_tables(folder.path());
 }
 
-int sum(const std::vector<std::uint8_t>& values) { return std::accumulate(values.begin(), values.end(), 0); }
-
-TEST(ViewSurface, SplitsNormalsAtTheEdgesOfTheCubeOnly) {
+TEST(ViewSurface, SplitsNormalsAtTheEdgesOfTheCubeOnlyAndOutwards) {
     const DrawnSurface surface(cube_tables());
     EXPECT_EQ(surface.nodes(), 98U);
     EXPECT_EQ(surface.patches(), 192U);
@@ -38,32 +39,42 @@ TEST(ViewSurface, SplitsNormalsAtTheEdgesOfTheCubeOnly) {
         EXPECT_WITHIN(std::abs(n.cwiseAbs().maxCoeff() - 1.0F), .count = 32, .epsilon = kFloat);  // along an axis
         EXPECT_WITHIN(std::abs(n.norm() - 1.0F), .count = 32, .epsilon = kFloat);
     }
-}
-
-TEST(ViewSurface, NormalsPointOutwards) {
-    const DrawnSurface surface(cube_tables());
     const Vector3f centre = Vector3f::Constant(0.015F);
     for (std::size_t p = 0; p < surface.patches(); ++p)
         for (int c = 0; c < 3; ++c) {
-            const Vector3f& corner = surface.rest_m[static_cast<std::size_t>(surface.patch[p][c])];
-            EXPECT_GT(surface.normal[static_cast<std::size_t>(surface.normal_of[p][c])].dot(corner - centre), 0.0F);
+            const Vector3f& corner = surface.rest_m[std::size_t(surface.patch[p][c])];
+            EXPECT_GT(surface.normal[std::size_t(surface.normal_of[p][c])].dot(corner - centre), 0.0F);
         }
 }
 
 // Edges of 5 mm are differences of positions of up to 30 mm, and a normal is made of some six patches' cross products.
 constexpr Bound kNormal{.count = 16, .epsilon = kFloat, .condition = 30.0 / 5.0};
 
-TEST(ViewSurface, NormalsFollowTheDeformation) {
-    const Tables tables = cube_tables();
-    DrawnSurface surface(tables);
-    // A turn of the whole body about x: every normal turns with it, also at fixed nodes, which are moved by hand.
-    const Eigen::Matrix3f turn = Eigen::AngleAxisf(0.5F, Vector3f::UnitX()).toRotationMatrix();
+/// A quarter turn about z.
+constexpr std::array<double, 4> kQuarter{std::numbers::sqrt2 / 2.0, 0.0, 0.0, std::numbers::sqrt2 / 2.0};
+
+TEST(ViewPose, TurnsAboutTheCentreOfMass) {
+    const auto pose = pose_of({1.0, 0.0, 0.0}, {5.0, 0.0, 0.0}, kQuarter);
+    ASSERT_TRUE(pose);
+    EXPECT_WITHIN((*pose * Vector3d(1.0, 0.0, 0.0) - Vector3d(5.0, 0.0, 0.0)).norm(), .count = 16);
+    EXPECT_WITHIN((*pose * Vector3d(2.0, 0.0, 0.0) - Vector3d(5.0, 1.0, 0.0)).norm(), .count = 16);
+    EXPECT_FALSE(pose_of({1.0, 0.0, 0.0}, {NAN, 0.0, 0.0}, kQuarter));
+    EXPECT_FALSE(pose_of({1.0, 0.0, 0.0}, {5.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0}));
+}
+
+TEST(ViewPose, MovesTheDrawnSurfaceAndItsNormals) {
+    DrawnSurface surface(cube_tables());
     const std::vector<Vector3f> before = surface.normal;
-    for (std::size_t i = 0; i < surface.nodes(); ++i)
-        surface.displacement_m[i] = turn * surface.rest_m[i] - surface.rest_m[i];
-    surface.update_normals();
+    const auto pose = pose_of({0.015, 0.015, 0.015}, {0.1, 0.0, 0.0}, kQuarter);
+    surface.move(*pose);
+    for (std::size_t i = 0; i < surface.nodes(); ++i) {
+        const Vector3d drawn = (surface.rest_m[i] + surface.displacement_m[i]).cast<double>();
+        EXPECT_WITHIN((drawn - *pose * surface.rest_m[i].cast<double>()).norm(), .count = 16, .epsilon = kFloat,
+                      .size = 0.15);
+    }
     for (std::size_t i = 0; i < before.size(); ++i)
-        EXPECT_WITHIN((surface.normal[i] - turn * before[i]).norm(), kNormal);
+        EXPECT_WITHIN((surface.normal[i] - pose->linear().cast<float>() * before[i]).norm(), .count = 16,
+                      .epsilon = kFloat);
 }
 
 TEST(ViewSurface, NormalsAreWeightedByAngle) {
@@ -71,15 +82,15 @@ TEST(ViewSurface, NormalsAreWeightedByAngle) {
     std::srand(1);
     for (Vector3f& u : surface.displacement_m) u = 0.002F * Vector3f::Random();
     surface.update_normals();
-    std::vector<Eigen::Vector3d> sum(surface.normal.size(), Eigen::Vector3d::Zero());
+    std::vector<Vector3d> sum(surface.normal.size(), Vector3d::Zero());
     for (std::size_t p = 0; p < surface.patches(); ++p)
         for (int c = 0; c < 3; ++c) {
-            const auto at = [&](int corner) -> Eigen::Vector3d {
-                const auto node = static_cast<std::size_t>(surface.patch[p][corner % 3]);
+            const auto at = [&](int corner) -> Vector3d {
+                const auto node = std::size_t(surface.patch[p][corner % 3]);
                 return (surface.rest_m[node] + surface.displacement_m[node]).cast<double>();
             };
-            const Eigen::Vector3d a = (at(c + 1) - at(c)).normalized(), b = (at(c + 2) - at(c)).normalized();
-            sum[static_cast<std::size_t>(surface.normal_of[p][c])] += std::acos(a.dot(b)) * a.cross(b).normalized();
+            const Vector3d a = (at(c + 1) - at(c)).normalized(), b = (at(c + 2) - at(c)).normalized();
+            sum[std::size_t(surface.normal_of[p][c])] += std::acos(a.dot(b)) * a.cross(b).normalized();
         }
     for (std::size_t s = 0; s < sum.size(); ++s)
         EXPECT_WITHIN((surface.normal[s].cast<double>() - sum[s].normalized()).norm(), kNormal);
@@ -95,10 +106,10 @@ TEST(ViewSurface, FixedNodesStay) {
 }
 
 TEST(ViewSurface, FixedAndUntouchablePatchesAreNeutral) {
-    const DrawnSurface all(cube_tables());
+    const auto sum = [](const auto& values) { return std::accumulate(values.begin(), values.end(), 0); };
+    const DrawnSurface all(cube_tables()), upper(cube_tables({.touch_above_m = 0.0149}));
     EXPECT_EQ(sum(all.neutral), 32);  // the bottom
     EXPECT_EQ(sum(all.touchable), 192);
-    const DrawnSurface upper(cube_tables({.touch_above_m = 0.0149}));
     EXPECT_EQ(sum(upper.touchable), 32 + 4 * 16);  // the top and the upper half of the sides
     EXPECT_EQ(sum(upper.neutral), 32 + 4 * 16);
 }
@@ -109,7 +120,7 @@ TEST(ViewSurface, NeighboursShareAnEdge) {
         for (int c = 0; c < 3; ++c) {
             const int other = surface.neighbour[p][c];
             ASSERT_GE(other, 0);  // the cube is closed
-            const Eigen::Vector3i& q = surface.patch[static_cast<std::size_t>(other)];
+            const Eigen::Vector3i& q = surface.patch[std::size_t(other)];
             EXPECT_TRUE((q.array() == surface.patch[p][(c + 1) % 3]).any());
             EXPECT_TRUE((q.array() == surface.patch[p][(c + 2) % 3]).any());
         }

@@ -7,7 +7,6 @@
 #include "tests/host/inverse/inverses.hpp"
 
 namespace haptable::test {
-
 namespace {
 
 /// One for all tests: every rank has to make it.
