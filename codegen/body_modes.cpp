@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "codegen/bytes.hpp"
+#include "codegen/laws.hpp"
 #include "codegen/number.hpp"
 #include "host/base/error.hpp"
 #include "host/base/noise.hpp"
@@ -14,8 +15,6 @@
 namespace haptable {
 
 namespace {
-
-constexpr double kTickOfModes_s = 1e-6 * HAPTABLE_TICK_US;
 
 float finite_in_modes(double value) {
     return to_float(value, "modes.json holds a number that is not finite: make the tables again");
@@ -26,8 +25,8 @@ float finite_in_modes(double value) {
 haptable_mode tick_of_mode(double omega_rad_per_s, double damping_ratio) {
     const double decay = damping_ratio * omega_rad_per_s;
     const double damped = omega_rad_per_s * std::sqrt(1.0 - damping_ratio * damping_ratio);
-    const double left = std::exp(-decay * kTickOfModes_s), cosine = std::cos(damped * kTickOfModes_s),
-                 sine = std::sin(damped * kTickOfModes_s) / damped;
+    const double left = std::exp(-decay * kServoTick_s), cosine = std::cos(damped * kServoTick_s),
+                 sine = std::sin(damped * kServoTick_s) / damped;
     const double squared = omega_rad_per_s * omega_rad_per_s;
     const double q_by_q = left * (cosine + decay * sine) - 1.0;
     return {finite_in_modes(q_by_q),

@@ -43,24 +43,24 @@ void set_keys(const SceneOptions& options, haptable_model& model) {
 
 /// What the scene switches off is not named, and so not linked.
 void set_limits(const SafetyLimits& limits, double max_force_n, haptable_model& model) {
-    constexpr double kTick_s = 1e-6 * HAPTABLE_TICK_US;
     const double mean2 = limits.mean_force_n * limits.mean_force_n, most2 = max_force_n * max_force_n;
     const bool has_mean = mean2 > 0.0 && mean2 < most2;  // a larger mean there cannot be
     model.plausible = limits.max_speed_m_s > 0.0 ? haptable_plausible_motion : nullptr;
-    model.max_motion_m = static_cast<float>(limits.max_speed_m_s * kTick_s);
+    model.max_motion_m = static_cast<float>(limits.max_speed_m_s * kServoTick_s);
     model.rate = limits.max_force_rate_n_per_s > 0.0 ? haptable_limit_rate : nullptr;
-    model.rate_n = static_cast<float>(limits.max_force_rate_n_per_s * kTick_s);
+    model.rate_n = static_cast<float>(limits.max_force_rate_n_per_s * kServoTick_s);
     model.mean = has_mean ? haptable_limit_mean : nullptr;
     model.mean_limit_n2 = has_mean ? static_cast<float>(mean2) : 0.0F;
-    model.mean_share = has_mean ? static_cast<float>(kTick_s / limits.mean_force_time_s) : 0.0F;
+    model.mean_share = has_mean ? static_cast<float>(kServoTick_s / limits.mean_force_time_s) : 0.0F;
     model.mean_slope = has_mean ? static_cast<float>(2.0 * (most2 / mean2 - 1.0)) : 0.0F;
-    if (has_mean && (1.0 + 2.0 * (most2 / mean2 - 1.0)) * kTick_s > limits.mean_force_time_s)
-        throw Error(fmt::format(
-            "device.mean_force_time = {} s is too short for max_force = {} N and mean_force = {} N: "
-            "give {:.2g} s or more",
-            limits.mean_force_time_s, max_force_n, limits.mean_force_n, 1.01 * (2.0 * most2 / mean2 - 1.0) * kTick_s));
+    if (has_mean && (1.0 + 2.0 * (most2 / mean2 - 1.0)) * kServoTick_s > limits.mean_force_time_s)
+        throw Error(
+            fmt::format("device.mean_force_time = {} s is too short for max_force = {} N and mean_force = {} N: "
+                        "give {:.2g} s or more",
+                        limits.mean_force_time_s, max_force_n, limits.mean_force_n,
+                        1.01 * (2.0 * most2 / mean2 - 1.0) * kServoTick_s));
     model.resume = limits.ramp_s > 0.0 ? haptable_resume_ramp : nullptr;
-    model.resume_gain = limits.ramp_s > 0.0 ? static_cast<float>(kTick_s / limits.ramp_s) : 0.0F;
+    model.resume_gain = limits.ramp_s > 0.0 ? static_cast<float>(kServoTick_s / limits.ramp_s) : 0.0F;
     model.limit =
         model.rate != nullptr || model.mean != nullptr || model.resume != nullptr ? haptable_limit_force : nullptr;
     model.check = limits.check ? haptable_check_crc : nullptr;

@@ -7,6 +7,8 @@
 
 namespace haptable {
 
+inline constexpr double kServoTick_s = 1e-6 * HAPTABLE_TICK_US;
+
 /// What a tick does to a term's load: by which part it falls, and what is left of a change that came during the tick.
 struct TickRelaxation {
     double fall, rise;

@@ -12,6 +12,7 @@
 #include <limits>
 
 #include "host/base/error.hpp"
+#include "host/base/index.hpp"
 #include "host/inverse/solve/dense.hpp"
 
 namespace haptable {
@@ -19,7 +20,6 @@ namespace haptable {
 namespace {
 
 /// First row of a node's three.
-Eigen::Index dof(std::integral auto node) { return 3 * static_cast<Eigen::Index>(node); }
 
 /// The unit loads E_I of one block of nodes, [3 unknowns, 3 count].
 void set_unit_loads(std::span<const std::int32_t> node, Eigen::MatrixXd& b) {

@@ -12,6 +12,7 @@
 
 #include "codegen/pair.hpp"
 #include "host/base/error.hpp"
+#include "host/base/index.hpp"
 #include "host/compliance/compliance.hpp"
 #include "host/compliance/pair_clusters.hpp"
 #include "host/inverse/solve/dense.hpp"
@@ -28,8 +29,6 @@ using Block = std::array<double, 9>;
 constexpr std::size_t kBlockBytes = 36, kLoadBytes = 14, kBeginBytes = 4, kPlaceBytes = 2;
 constexpr double kShareSteps = 32767.0;
 
-Eigen::Index dof_of_place(std::integral auto place) { return 3 * static_cast<Eigen::Index>(place); }
-
 Block rows_of(const Matrix3d& m) {
     return {m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1), m(2, 2)};
 }
@@ -39,14 +38,14 @@ Matrix3d matrix_of(const Block& b) { return Eigen::Map<const Eigen::Matrix<doubl
 MatrixXd row_of(const PairControls& controls, const MatrixXd& l, std::size_t k) {
     const NodeWeights& w = controls.weights[k];
     MatrixXd row = MatrixXd::Zero(3, l.cols());
-    for (std::size_t i = 0; i < w.node.size(); ++i) row += w.weight[i] * l.middleRows<3>(dof_of_place(w.node[i]));
+    for (std::size_t i = 0; i < w.node.size(); ++i) row += w.weight[i] * l.middleRows<3>(dof(w.node[i]));
     return row;
 }
 
 Matrix3d block_of(const PairControls& controls, const MatrixXd& row, std::size_t l) {
     const NodeWeights& w = controls.weights[l];
     Matrix3d block = Matrix3d::Zero();
-    for (std::size_t i = 0; i < w.node.size(); ++i) block += w.weight[i] * row.middleCols<3>(dof_of_place(w.node[i]));
+    for (std::size_t i = 0; i < w.node.size(); ++i) block += w.weight[i] * row.middleCols<3>(dof(w.node[i]));
     return block;
 }
 
@@ -81,13 +80,12 @@ std::set<std::pair<std::size_t, std::size_t>> beside_fixed(const PairControls& c
 PlaceMatrix node_matrix(const PairControls& controls, const MatrixXd& l, bool is_stiffness) {
     const auto rows = [&l, s = is_stiffness ? stiffness_of(l)
                                             : std::vector<Matrix3d>{}](const std::vector<std::size_t>& place) {
-        MatrixXd to(dof_of_place(place.size()), l.cols());
+        MatrixXd to(dof(place.size()), l.cols());
         for (std::size_t i = 0; i < place.size(); ++i) {
-            to.middleRows<3>(dof_of_place(i)) = l.middleRows<3>(dof_of_place(place[i]));
-            if (!s.empty()) to.middleRows<3>(dof_of_place(i)) = s[place[i]] * to.middleRows<3>(dof_of_place(i)).eval();
+            to.middleRows<3>(dof(i)) = l.middleRows<3>(dof(place[i]));
+            if (!s.empty()) to.middleRows<3>(dof(i)) = s[place[i]] * to.middleRows<3>(dof(i)).eval();
         }
-        for (std::size_t j = 0; j < s.size(); ++j)
-            to.middleCols<3>(dof_of_place(j)) = to.middleCols<3>(dof_of_place(j)).eval() * s[j];
+        for (std::size_t j = 0; j < s.size(); ++j) to.middleCols<3>(dof(j)) = to.middleCols<3>(dof(j)).eval() * s[j];
         return to;
     };
     return {controls.node_m, rows, beside_fixed(controls)};
@@ -109,11 +107,11 @@ std::vector<Vector3d> positions_of(const PairControls& controls) {
 /// Coupling of the controls themselves: W L W^T.
 PlaceMatrix control_matrix(const PairControls& controls, const MatrixXd& l) {
     const auto rows = [&](const std::vector<std::size_t>& place) {
-        MatrixXd to(dof_of_place(place.size()), dof_of_place(controls.weights.size()));
+        MatrixXd to(dof(place.size()), dof(controls.weights.size()));
         for (std::size_t i = 0; i < place.size(); ++i) {
             const MatrixXd row = row_of(controls, l, place[i]);
             for (std::size_t k = 0; k < controls.weights.size(); ++k)
-                to.block<3, 3>(dof_of_place(i), dof_of_place(k)) = block_of(controls, row, k);
+                to.block<3, 3>(dof(i), dof(k)) = block_of(controls, row, k);
         }
         return to;
     };
@@ -277,7 +275,7 @@ public:
         Matrix3d sum = Matrix3d::Zero();
         for (std::size_t i = 0; i < a.node.size(); ++i)
             for (std::size_t j = 0; j < b.node.size(); ++j)
-                sum += a.weight[i] * b.weight[j] * l_.block<3, 3>(dof_of_place(a.node[i]), dof_of_place(b.node[j]));
+                sum += a.weight[i] * b.weight[j] * l_.block<3, 3>(dof(a.node[i]), dof(b.node[j]));
         return sum;
     }
 
@@ -285,7 +283,7 @@ public:
     Matrix3d between(const Pressed& a, const Pressed& b) const {
         Matrix3d sum = Matrix3d::Zero();
         for (const auto& [i, v] : a.node)
-            for (const auto& [j, w] : b.node) sum += v * w * l_.block<3, 3>(dof_of_place(i), dof_of_place(j));
+            for (const auto& [j, w] : b.node) sum += v * w * l_.block<3, 3>(dof(i), dof(j));
         return sum;
     }
 
@@ -442,16 +440,15 @@ double pair_memory(const PairControls& controls) {
 MatrixXd loaded_compliance(const LinearSolver& inverse, const PairControls& controls,
                            std::span<const std::int32_t> unknown, Progress& progress) {
     const std::size_t count = controls.node.size();
-    MatrixXd l(dof_of_place(count), dof_of_place(count)), b, x;
-    const auto at = [&](std::size_t i) { return dof_of_place(unknown[static_cast<std::size_t>(controls.node[i])]); };
+    MatrixXd l(dof(count), dof(count)), b, x;
+    const auto at = [&](std::size_t i) { return dof(unknown[static_cast<std::size_t>(controls.node[i])]); };
     for (std::size_t first = 0; first < count; first += kNodesPerBlock) {
         progress.done(static_cast<double>(first) / static_cast<double>(count));
         const std::size_t some = std::min(kNodesPerBlock, count - first);
-        b.setZero(inverse.size(), dof_of_place(some));
-        for (std::size_t c = 0; c < some; ++c) b.block<3, 3>(at(first + c), dof_of_place(c)).setIdentity();
+        b.setZero(inverse.size(), dof(some));
+        for (std::size_t c = 0; c < some; ++c) b.block<3, 3>(at(first + c), dof(c)).setIdentity();
         inverse.solve(b, x);
-        for (std::size_t i = 0; i < count; ++i)
-            l.block(dof_of_place(i), dof_of_place(first), 3, dof_of_place(some)) = x.middleRows<3>(at(i));
+        for (std::size_t i = 0; i < count; ++i) l.block(dof(i), dof(first), 3, dof(some)) = x.middleRows<3>(at(i));
     }
     return 0.5 * (l + l.transpose());
 }

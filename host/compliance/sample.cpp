@@ -4,12 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/base/index.hpp"
+
 namespace haptable {
 
 namespace {
-
-Eigen::Index dof(std::int32_t node) { return Eigen::Index{3} * node; }
-Eigen::Index dof(std::size_t place) { return 3 * static_cast<Eigen::Index>(place); }
 
 /// A large body's solves are long.
 std::size_t size_of_sample(std::size_t nodes, std::size_t unknown_nodes) {

@@ -15,6 +15,8 @@ namespace haptable {
 inline constexpr std::int32_t kClutchButton = 1, kGrabButton = 2, kAcknowledgeButton = 4;
 
 inline constexpr double kDeviceTick_s = 1e-3;
+/// In which what is simulated goes through a tick.
+inline constexpr int kDeviceSubsteps = 20;
 
 /// In the device's coordinates: metres, metres a second.
 struct Reading {

@@ -14,7 +14,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kStepsOfTick = 20;
 constexpr int kTicks = 4000;  // most cycles grow or end within a second
 constexpr double kGrown = 1.5, kGone = 0.5;
 
@@ -32,8 +31,8 @@ bool rings(const RingingLoop& loop, double stiffness_n_per_m) {
     for (int tick = 0; tick < kTicks; ++tick) {
         point.set_force(-stiffness_n_per_m * point.encoder_m());
         const bool was_right = point.position_m().x() > 0.0;
-        for (int i = 0; i < kStepsOfTick; ++i) {
-            point.advance(middle, kDeviceTick_s / kStepsOfTick);
+        for (int i = 0; i < kDeviceSubsteps; ++i) {
+            point.advance(middle, kDeviceTick_s / kDeviceSubsteps);
             peak_m_s = std::max(peak_m_s, std::abs(point.velocity_m_s().x()));
         }
         if (peak_m_s > kGrown * loop.speed_m_s) return true;

@@ -14,7 +14,6 @@ namespace haptable {
 namespace {
 
 // 20 kHz: twenty times finer than the servo sees, and far above the hand's few hertz.
-constexpr int kSubsteps = 20;
 
 std::int32_t button_of(const std::string& name) {
     if (name == "clutch") return kClutchButton;
@@ -69,9 +68,9 @@ Reading SimulatedDriver::read(std::int64_t tick) {
 }
 
 void SimulatedDriver::advance(std::int64_t tick, double share) {
-    const double step_s = kDeviceTick_s / kSubsteps;
+    const double step_s = kDeviceTick_s / kDeviceSubsteps;
     const double begin_s = static_cast<double>(tick) * kDeviceTick_s;
-    const int until = static_cast<int>(std::min(share, 1.0) * kSubsteps);
+    const int until = static_cast<int>(std::min(share, 1.0) * kDeviceSubsteps);
     for (; substep_ < until; ++substep_) {
         const HandGoal hand = goal(begin_s + (substep_ + 0.5) * step_s);
         device_.advance(hand, step_s);

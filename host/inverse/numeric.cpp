@@ -19,9 +19,6 @@ namespace haptable {
 
 namespace {
 
-constexpr int kPanelColumns = 128;  // columns
-constexpr int kStretchRows = 512;   // rows
-
 struct NotPositive {
     std::int32_t column;
 };
@@ -102,14 +99,14 @@ private:
     void compute(std::int32_t s, Workers& workers, int worker) {
         if (failed_ != kNone) return;
         const int columns = pattern_.column_count(s);
-        const auto panels = static_cast<std::size_t>((columns + kPanelColumns - 1) / kPanelColumns);
+        const auto panels = static_cast<std::size_t>((columns + kThreadColumns - 1) / kThreadColumns);
         double* l = value_ + pattern_.value_begin[at(s)];
         // The upper triangle is never used: where it fills whole pages it takes no memory.
         const std::size_t rows = pattern_.rows(s).size();
         for (std::size_t j = 0; j < at(columns); ++j) std::fill_n(l + j * rows + j, rows - j, 0.0);
         workers.for_each(panels, [&](std::size_t p, int sharing) {
             Own& own = own_[at(workers.count() == 1 ? worker : sharing)];
-            const int begin = static_cast<int>(p) * kPanelColumns, end = std::min(columns, begin + kPanelColumns);
+            const int begin = static_cast<int>(p) * kThreadColumns, end = std::min(columns, begin + kThreadColumns);
             add_stiffness(s, begin, end, l);
             for (std::size_t d = debt_begin_[at(s)]; d < debt_begin_[at(s) + 1]; ++d)
                 subtract(debt_[d], s, begin, end, l, own);
@@ -187,14 +184,14 @@ private:
     void factorize_dense(std::int32_t s, Workers& workers, double* l) const {
         const int rows = static_cast<int>(pattern_.rows(s).size()), columns = pattern_.column_count(s);
         const int positive = pattern_.positive_count(s);
-        const auto stretches = [&](int begin) { return at((rows - begin + kStretchRows - 1) / kStretchRows); };
+        const auto stretches = [&](int begin) { return at((rows - begin + kThreadRows - 1) / kThreadRows); };
         for (int j = 0, width = 0; j < columns; j += width) {
             const bool is_positive = j < positive;
-            width = std::min(kPanelColumns, (is_positive ? positive : columns) - j);
+            width = std::min(kThreadColumns, (is_positive ? positive : columns) - j);
             double* diagonal = l + j + static_cast<std::ptrdiff_t>(j) * rows;
             // The panel less what earlier columns owe it, times its sign.
             const auto update = [&](std::size_t stretch, int) {
-                const int r = j + static_cast<int>(stretch) * kStretchRows, m = std::min(kStretchRows, rows - r);
+                const int r = j + static_cast<int>(stretch) * kThreadRows, m = std::min(kThreadRows, rows - r);
                 const double sign = is_positive ? 1.0 : -1.0;
                 const auto subtract_columns = [&](int begin, int end, double alpha, double keep) {
                     const double* q = l + static_cast<std::ptrdiff_t>(begin) * rows;
@@ -209,7 +206,7 @@ private:
             if (info > 0) throw NotPositive{pattern_.first_column[at(s)] + j + info - 1};
             const int end = j + width;
             const auto divide = [&](std::size_t stretch, int) {
-                const int r = end + static_cast<int>(stretch) * kStretchRows, m = std::min(kStretchRows, rows - r);
+                const int r = end + static_cast<int>(stretch) * kThreadRows, m = std::min(kThreadRows, rows - r);
                 blas::trsm_lower('R', 'T', m, width, diagonal, rows, diagonal + (r - j), rows);
             };
             if (end < rows) workers.for_each(stretches(end), divide);
@@ -257,7 +254,7 @@ double factorize_bytes(const Supernodes& pattern, int workers) {
     double most = 0.0;
     for (std::int32_t s = 0; s < pattern.count(); ++s) {
         const double below = static_cast<double>(pattern.rows(s).size()) - pattern.column_count(s);
-        most = std::max(most, below * std::min(below, static_cast<double>(kPanelColumns)));
+        most = std::max(most, below * std::min(below, static_cast<double>(kThreadColumns)));
     }
     return most * workers * sizeof(double);
 }

@@ -11,6 +11,9 @@
 
 namespace haptable {
 
+inline constexpr int kThreadColumns = 128;  ///< columns that a thread takes at a time
+inline constexpr int kThreadRows = 512;     ///< rows that a thread takes at a time
+
 /// Fills `value` (laid out as `pattern` says) with L of P M P^T = L S L^T.
 ///   m  symmetric with both triangles stored
 /// Returns the first column of L whose pivot has not the sign of S, or -1. What is computed, down to the last bit, does

@@ -39,9 +39,7 @@ double recurrence_flops(double columns, double below) {
 /// L_JJ and Y, beside the front.
 std::size_t work_entries(std::size_t rows, std::size_t columns) { return rows * columns; }
 
-constexpr int kPanel = 128;    // columns that a thread takes at a time
-constexpr int kStretch = 512;  // rows that a thread takes at a time
-constexpr int kWhole = 256;    // columns of a diagonal block that LAPACK inverts as a whole
+constexpr int kWhole = 256;  // columns of a diagonal block that LAPACK inverts as a whole
 
 constexpr int kInverse = 384;  // columns of a larger one that a thread takes at a time
 
@@ -156,8 +154,8 @@ private:
     void gather(std::int32_t s, std::int32_t parent, T* z_rr, Workers& workers, Own& own) {
         const Shape shape = shape_of(s);
         find_runs(s, parent, own.run);
-        workers.for_each(parts(shape.below, kPanel), [&](std::size_t p, int) {
-            const int begin = static_cast<int>(p) * kPanel, end = std::min(shape.below, begin + kPanel);
+        workers.for_each(parts(shape.below, kThreadColumns), [&](std::size_t p, int) {
+            const int begin = static_cast<int>(p) * kThreadColumns, end = std::min(shape.below, begin + kThreadColumns);
             for (std::size_t r = 0; r < own.run.size(); ++r)
                 for (int j = std::max(begin, own.run[r].begin); j < std::min(end, own.run[r].end); ++j)
                     gather_column(parent, own.run, r, j, z_rr + static_cast<std::ptrdiff_t>(shape.rows) * j);
@@ -178,9 +176,9 @@ private:
         const Shape shape = shape_of(s);
         const std::ptrdiff_t columns = shape.columns, rows = shape.rows;
         T* l_jj = own.l_jj;
-        workers.for_each(parts(shape.columns, kPanel), [&](std::size_t p, int) {
-            const std::ptrdiff_t begin = static_cast<std::ptrdiff_t>(p) * kPanel;
-            for (std::ptrdiff_t j = begin; j < std::min(columns, begin + kPanel); ++j) {
+        workers.for_each(parts(shape.columns, kThreadColumns), [&](std::size_t p, int) {
+            const std::ptrdiff_t begin = static_cast<std::ptrdiff_t>(p) * kThreadColumns;
+            for (std::ptrdiff_t j = begin; j < std::min(columns, begin + kThreadColumns); ++j) {
                 const double* l = factor_.values(s) + j * rows;
                 for (std::ptrdiff_t i = j; i < columns; ++i) l_jj[i + j * columns] = static_cast<T>(l[i]);
             }
@@ -192,8 +190,8 @@ private:
         const Shape shape = shape_of(s);
         const std::ptrdiff_t below = shape.below;
         T* y = own.y;
-        workers.for_each(parts(shape.below, kStretch), [&](std::size_t p, int) {
-            const int begin = static_cast<int>(p) * kStretch, count = std::min(kStretch, shape.below - begin);
+        workers.for_each(parts(shape.below, kThreadRows), [&](std::size_t p, int) {
+            const int begin = static_cast<int>(p) * kThreadRows, count = std::min(kThreadRows, shape.below - begin);
             for (std::ptrdiff_t j = 0; j < shape.columns; ++j) {
                 const double* l = factor_.values(s) + j * shape.rows + shape.columns + begin;
                 for (std::ptrdiff_t i = 0; i < count; ++i) y[begin + i + j * below] = static_cast<T>(l[i]);
@@ -245,19 +243,19 @@ private:
                 }
             });
         }
-        workers.for_each(parts(n, kPanel), [&](std::size_t p, int) {
-            const int begin = static_cast<int>(p) * kPanel;
-            for (std::ptrdiff_t j = begin; j < std::min(n, begin + kPanel); ++j)
+        workers.for_each(parts(n, kThreadColumns), [&](std::size_t p, int) {
+            const int begin = static_cast<int>(p) * kThreadColumns;
+            for (std::ptrdiff_t j = begin; j < std::min(n, begin + kThreadColumns); ++j)
                 std::copy(l_jj + j + j * ldl, l_jj + n + j * ldl, z_jj + j + j * ldz);
         });
     }
 
     /// Z_JJ -= Y^T Z_RJ, the lower triangle in panels: at most a panel's square of the upper one in vain.
     void add_lower_product(const Shape& shape, const T* z_rj, T* z_jj, Workers& workers, const Own& own) const {
-        workers.for_each(parts(shape.columns, kPanel), [&](std::size_t p, int) {
-            const int j = static_cast<int>(p) * kPanel;
+        workers.for_each(parts(shape.columns, kThreadColumns), [&](std::size_t p, int) {
+            const int j = static_cast<int>(p) * kThreadColumns;
             const std::ptrdiff_t first = j;
-            blas::gemm('T', 'N', shape.columns - j, std::min(kPanel, shape.columns - j), shape.below, T(-1),
+            blas::gemm('T', 'N', shape.columns - j, std::min(kThreadColumns, shape.columns - j), shape.below, T(-1),
                        own.y + first * shape.below, shape.below, z_rj + first * shape.rows, shape.rows, T(1),
                        z_jj + first * shape.rows + first, shape.rows);
         });

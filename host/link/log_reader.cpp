@@ -13,6 +13,7 @@
 #include <string>
 
 #include "host/base/error.hpp"
+#include "host/link/udp_receiver.hpp"
 
 namespace haptable {
 
@@ -22,7 +23,6 @@ namespace {
 // first.
 constexpr std::array<std::uint8_t, 4> kSync{0xED, 0xA1, 0xDA, 0x01};
 constexpr std::size_t kEventHeader_bytes = 28;
-constexpr std::size_t kMostOfChannel = 63;
 
 std::uint64_t number_at(std::span<const std::uint8_t> bytes, std::size_t at, std::size_t count) {
     std::uint64_t number = 0;
@@ -56,7 +56,7 @@ std::optional<LogReader::Event> LogReader::event_at(std::size_t at) const {
     if (bytes_.size() - at < kEventHeader_bytes) return std::nullopt;
     const std::size_t channel = number_at(bytes_, at + 20, 4), data = number_at(bytes_, at + 24, 4);
     const std::size_t left = bytes_.size() - at - kEventHeader_bytes;
-    if (channel == 0 || channel > kMostOfChannel || channel + data > left) return std::nullopt;
+    if (channel == 0 || channel > kLongestChannel || channel + data > left) return std::nullopt;
     const std::size_t begin = at + kEventHeader_bytes;
     return Event{static_cast<std::int64_t>(number_at(bytes_, at + 4, 8)),
                  static_cast<std::int64_t>(number_at(bytes_, at + 12, 8)),

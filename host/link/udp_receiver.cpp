@@ -24,7 +24,6 @@ namespace {
 // A small LCM packet: magic, the sender's count, the channel's name with a zero byte, the message.
 constexpr std::uint32_t kMagic = 0x4c433032;  // "LC02"
 constexpr std::size_t kHeader_bytes = 8;
-constexpr std::size_t kLongestChannel = 63;
 constexpr std::size_t kLargestPacket_bytes = 65536;
 
 // A socket's filter sees the UDP header first.

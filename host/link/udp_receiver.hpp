@@ -18,6 +18,8 @@
 
 namespace haptable {
 
+inline constexpr std::size_t kLongestChannel = 63;  ///< characters of a name, LCM's limit
+
 /// What stands in udpm://GROUP:PORT?ttl=T&recv_buf_size=B.
 struct MulticastUrl {
     in_addr group;

@@ -94,9 +94,10 @@ std::uint64_t Lines::whole(std::size_t k, const char* what) const {
     return value;
 }
 
-std::size_t Lines::count(std::size_t k, const char* what, std::size_t least_bytes) const {
+std::size_t Lines::count(std::size_t k, const char* what) const {
+    constexpr std::size_t kLeastBytes = 6;  // of a record: "0 0 0\n" and more
     const std::uint64_t value = whole(k, what);
-    if (value > (rest_.size() + 1) / least_bytes)
+    if (value > (rest_.size() + 1) / kLeastBytes)
         fail(fmt::format("{} is {}, more than the {} bytes that follow can hold; the file is damaged or cut off", what,
                          value, rest_.size()));
     return static_cast<std::size_t>(value);

@@ -34,8 +34,8 @@ public:
     double real(std::size_t k) const;
     /// Field k as a number of a node, an element or a count: not negative.
     std::uint64_t whole(std::size_t k, const char* what) const;
-    /// Field k as a count of records of at least `least_bytes` bytes each: never more than the file can hold.
-    std::size_t count(std::size_t k, const char* what, std::size_t least_bytes) const;
+    /// Field k as a count of records of some numbers each: never more than the file can hold.
+    std::size_t count(std::size_t k, const char* what) const;
 
     [[noreturn]] void fail(const std::string& what) const;
 

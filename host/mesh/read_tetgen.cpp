@@ -16,13 +16,12 @@ namespace fs = std::filesystem;
 
 // As TetGen 1.5 -o2 writes them: between 23 03 01 12 13 20.
 constexpr std::array<std::size_t, 6> kMiddlesOfTetgen{2, 3, 5, 1, 4, 0};
-constexpr std::size_t kLeastBytes = 6;  // of a record: "0 0 0\n" and more
 
 void read_nodes(const fs::path& file, RawMesh& raw) {
     const std::string text = read_text(file);
     Lines in(file, text);
     in.require("the number of nodes");
-    const std::size_t count = in.count(0, "the number of nodes", kLeastBytes);
+    const std::size_t count = in.count(0, "the number of nodes");
     if (in.size() > 1 && in.whole(1, "the dimension") != 3) in.fail("its nodes are not in three dimensions");
     for (std::size_t k = 0; k < count; ++k) {
         in.require("its last node");
@@ -36,7 +35,7 @@ void read_tets(const fs::path& file, RawMesh& raw) {
     const std::string text = read_text(file);
     Lines in(file, text);
     in.require("the number of tetrahedra");
-    const std::size_t count = in.count(0, "the number of tetrahedra", kLeastBytes);
+    const std::size_t count = in.count(0, "the number of tetrahedra");
     const std::uint64_t corners = in.size() > 1 ? in.whole(1, "the nodes of a tetrahedron") : 4;
     const bool region = in.size() > 2 && in.whole(2, "the number of attributes") > 0;
     if (corners != 4 && corners != 10) in.fail(fmt::format("{} nodes a tetrahedron; TetGen writes 4 or 10", corners));

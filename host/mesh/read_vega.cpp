@@ -10,11 +10,9 @@ namespace haptable {
 
 namespace {
 
-constexpr std::size_t kLeastOfRecord_bytes = 6;  // of a record
-
 void read_vertices(Lines& in, RawMesh& raw) {
     in.require("the number of vertices");
-    const std::size_t count = in.count(0, "the number of vertices", kLeastOfRecord_bytes);
+    const std::size_t count = in.count(0, "the number of vertices");
     for (std::size_t k = 0; k < count; ++k) {
         in.require("its last vertex");
         raw.node_tag.push_back(in.whole(0, "a vertex's number"));
@@ -27,7 +25,7 @@ void read_elements(Lines& in, RawMesh& raw) {
     const std::string type(in.fields()[0]);
     const bool tets = type == "TET" || type == "TETS";
     in.require("the number of elements");
-    const std::size_t count = in.count(0, "the number of elements", kLeastOfRecord_bytes);
+    const std::size_t count = in.count(0, "the number of elements");
     for (std::size_t k = 0; k < count; ++k) {
         in.require("its last element");
         const Tag tag = in.whole(0, "an element's number");

@@ -12,8 +12,6 @@ namespace haptable {
 
 namespace {
 
-using CampaignJson = nlohmann::ordered_json;
-
 constexpr std::size_t kLongBehind = 20;  // ticks
 
 /// The counts by the names that they have in a file.
@@ -30,14 +28,14 @@ void for_each_count(const Visit& visit) {
     visit("passed_motions", &Tally::passed);
 }
 
-Tally tally_of(const CampaignJson& json) {
+Tally tally_of(const nlohmann::ordered_json& json) {
     Tally tally;
     for_each_count([&](const char* name, std::size_t Tally::*count) { json.at(name).get_to(tally.*count); });
     json.at("most_given").get_to(tally.most_given);
     json.at("most_area").get_to(tally.most_area);
     json.at("cpu_s").get_to(tally.cpu_s);
     for (std::size_t f = 0; f < kFaults; ++f) json.at("faults").at(std::string(kFaultNames[f])).get_to(tally.faulty[f]);
-    for (const CampaignJson& one : json.at("broken")) {
+    for (const nlohmann::ordered_json& one : json.at("broken")) {
         Broken& broken = tally.broken.emplace_back();
         one.at("stroke").get_to(broken.number);
         one.at("ticks").get_to(broken.verdict.tick);
@@ -79,21 +77,21 @@ Tally sum_of(const std::vector<Tally>& tallies) {
     return sum;
 }
 
-CampaignJson to_json(const Tally& tally) {
-    CampaignJson json;
+nlohmann::ordered_json to_json(const Tally& tally) {
+    nlohmann::ordered_json json;
     for_each_count([&](const char* name, std::size_t Tally::*count) { json[name] = tally.*count; });
     json["most_given"] = tally.most_given;
     json["most_area"] = tally.most_area;
     json["cpu_s"] = tally.cpu_s;
     for (std::size_t f = 0; f < kFaults; ++f) json["faults"][std::string(kFaultNames[f])] = tally.faulty[f];
-    json["broken"] = CampaignJson::array();
+    json["broken"] = nlohmann::ordered_json::array();
     for (const Broken& broken : tally.broken)
         json["broken"].push_back({{"stroke", broken.number}, {"ticks", broken.verdict.tick}});
     return json;
 }
 
 void write_tally(const std::filesystem::path& file, const std::string& key, const Tally& tally) {
-    CampaignJson json = to_json(tally);
+    nlohmann::ordered_json json = to_json(tally);
     json["key"] = key;
     std::filesystem::create_directories(file.parent_path());
     write_file(file, json_text(json, 1) + "\n");
@@ -101,10 +99,10 @@ void write_tally(const std::filesystem::path& file, const std::string& key, cons
 
 std::optional<Tally> read_tally(const std::filesystem::path& file, const std::string& key) try {
     if (!std::filesystem::exists(file)) return {};
-    const CampaignJson json = CampaignJson::parse(read_file(file));
+    const nlohmann::ordered_json json = nlohmann::ordered_json::parse(read_file(file));
     if (json.at("key") != key) return {};
     return tally_of(json);
-} catch (const CampaignJson::exception& error) {
+} catch (const nlohmann::ordered_json::exception& error) {
     throw Error(file.string() + ": holds no counts: " + error.what() + "; remove it to stroke again");
 }
 

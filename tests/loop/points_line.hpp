@@ -47,22 +47,9 @@ public:
 
 private:
     static LoadedScene made_in(const WorkFolder& folder, const LinePoints& points) {
-        std::string text = R"(name = "points"
-[mesh]
-generate = "cube"
-nodes_per_side = 5
-[material]
-young = 1e4
-poisson = 0.3
-[[fixed]]
-below = 0
-[contact]
-force = "pressure-mask"
-mask_radius = 0.0106
-)";
-        text += points.hands == 0 ? "[tool]\nshape = \"disc\"\nradius = 0.008\npoints = 5\n"
-                                  : "fingers = " + std::to_string(points.hands) + "\n";
-        write_file(folder / "points.toml", text);
+        const std::string touch = points.hands == 0 ? "[tool]\nshape = \"disc\"\nradius = 0.008\npoints = 5\n"
+                                                    : "fingers = " + std::to_string(points.hands) + "\n";
+        write_file(folder / "points.toml", masked_cube("points", "nodes_per_side = 5\n", 0.0106, touch));
         Progress quiet(true);
         precompute(read_scene(folder / "points.toml"), folder / "tables", quiet);
         return LoadedScene(TablesFolder(folder / "tables"));

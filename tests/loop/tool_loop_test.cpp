@@ -18,22 +18,8 @@ namespace {
 
 /// A disc of 12 mm over the paper's cube.
 Scene disc_over_cube(const std::filesystem::path& folder) {
-    write_file(folder / "disc.toml", R"(name = "disc"
-[mesh]
-generate = "cube"
-[material]
-young = 1e4
-poisson = 0.3
-[[fixed]]
-below = 0
-[contact]
-force = "pressure-mask"
-mask_radius = 0.003
-[tool]
-shape = "disc"
-radius = 0.006
-points = 7
-)");
+    write_file(folder / "disc.toml",
+               masked_cube("disc", "", 0.003, "[tool]\nshape = \"disc\"\nradius = 0.006\npoints = 7\n"));
     return read_scene(folder / "disc.toml");
 }
 

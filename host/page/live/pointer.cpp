@@ -8,13 +8,13 @@
 
 #include "host/base/error.hpp"
 #include "host/base/interrupt.hpp"
+#include "host/device/driver.hpp"
 #include "host/link/realtime.hpp"
 
 namespace haptable {
 
 namespace {
 
-constexpr int kSubsteps = 20;  // as the simulated device's
 // The pointer comes in steps of a picture: a hand goes between them.
 constexpr double kGoal_ticks = 25.0;
 constexpr int kPriority = 49;
@@ -77,8 +77,8 @@ Reading PointerDriver::read(std::int64_t) {
 }
 
 void PointerDriver::advance(std::int64_t, double share) {
-    const double step_s = kDeviceTick_s / kSubsteps;
-    const int until = static_cast<int>(std::min(share, 1.0) * kSubsteps);
+    const double step_s = kDeviceTick_s / kDeviceSubsteps;
+    const int until = static_cast<int>(std::min(share, 1.0) * kDeviceSubsteps);
     for (; substep_ < until; ++substep_) {
         // Evenly from the last tick's goal to this one's.
         const double left_s = kDeviceTick_s - (substep_ + 0.5) * step_s;
