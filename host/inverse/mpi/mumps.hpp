@@ -46,9 +46,10 @@ public:
     std::int32_t size() const { return id_.n; }  ///< rows of M
     /// Place of each row in the order of elimination; the root's, after analyse().
     std::span<const std::int32_t> order() const { return {id_.sym_perm, static_cast<std::size_t>(id_.n)}; }
-    double fill() const;                                          ///< nonzeros of the factor
-    double flops() const { return id_.rinfog[2]; }                ///< of the factorisation
-    double foreseen_bytes() const { return 1e6 * id_.info[14]; }  ///< of this process, after analyse()
+    double fill() const;                            ///< nonzeros of the factor
+    double flops() const { return id_.rinfog[2]; }  ///< of the factorisation
+    /// Of this process, after analyse(): MUMPS tells whole megabytes, rounded down.
+    double foreseen_bytes() const { return 1e6 * (id_.info[14] + 1.0); }
 
 private:
     int& control(int number) { return id_.icntl[number - 1]; }  // as the user's guide numbers them
