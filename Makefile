@@ -29,9 +29,12 @@ CXX = g++
 # Warnings are errors under the compiler that we use, without those of its optimiser: whether it gives these depends on
 # what was inlined. Another compiler's new warnings are warnings.
 OF_OPTIMISER = array-bounds dangling-pointer free-nonheap-object maybe-uninitialized nonnull restrict stringop-overflow stringop-overread
+OURS := $(filter 12.%,$(shell $(CXX) -dumpfullversion 2>/dev/null))
 ifeq ($(origin WERROR),undefined)
-WERROR := $(if $(filter 12.%,$(shell $(CXX) -dumpfullversion 2>/dev/null)),-Werror $(addprefix -Wno-error=,$(OF_OPTIMISER)))
+WERROR := $(if $(OURS),-Werror $(addprefix -Wno-error=,$(OF_OPTIMISER)))
 endif
+# It collects its garbage from a gigabyte on: an eighth of its time, for a fifth more memory (at most 1.7 GB a job).
+COLLECT = $(if $(OURS),--param ggc-min-heapsize=1000000 --param ggc-min-expand=200)
 OPT ?= -O2
 INCLUDE = -I. -I$(BUILD) -I$(BUILD)/lcm -isystem /usr/include/eigen3 -isystem /usr/include/suitesparse -isystem /usr/include/cairo
 CXX_WARN = -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wnon-virtual-dtor $(WERROR)
@@ -40,7 +43,7 @@ C_WARN = -pedantic -Wall -Wextra -Wshadow -Wconversion -Wdouble-promotion -Wstri
 FP = -ffp-contract=off
 # gcc 12's SLP vectoriser drops the rounding of double(float(x)) (seen in a test that compared with the servo).
 NO_SLP = -fno-tree-slp-vectorize
-CXXFLAGS = -std=c++20 $(OPT) $(FP) $(NO_SLP) $(CXX_WARN) $(INCLUDE) $(EXTRA_FLAGS) -MMD -MP
+CXXFLAGS = -std=c++20 $(OPT) $(FP) $(NO_SLP) $(COLLECT) $(CXX_WARN) $(INCLUDE) $(EXTRA_FLAGS) -MMD -MP
 CFLAGS = -std=c99 -ffreestanding $(OPT) $(FP) $(C_WARN) -I. -Ifirmware $(EXTRA_FLAGS) -MMD -MP
 LDFLAGS = $(EXTRA_FLAGS)
 
@@ -394,7 +397,7 @@ format: $(BUILD)/setup-lint.stamp
 .PHONY: compile_commands.json sources
 sources: $(patsubst %,$(BUILD)/%.o,$(filter-out host/bench/% host/session/servo/main.cpp,$(HOST_FILES)) $(TEST_FILES) $(wildcard firmware/*.c))
 compile_commands.json:
-	@$(MAKE) -nB --no-print-directory PRECOMPILED= WERROR= sources 2>/dev/null | sh scripts/compile_commands.sh >$@.beside
+	@$(MAKE) -nB --no-print-directory PRECOMPILED= WERROR= COLLECT= sources 2>/dev/null | sh scripts/compile_commands.sh >$@.beside
 	@mv $@.beside $@
 
 # setup: install the Debian packages that are missing, for everything but microcontrollers, several machines and films
