@@ -29,19 +29,20 @@ $found"
 }
 arrow firmware haptable model.h display.h
 arrow host/base host/base
+arrow host/dense host/dense
 arrow host/tables host/base host/tables
-arrow host/scene host/base host/scene
+arrow host/scene host/base host/dense host/scene
 arrow host/mesh host/base host/mesh
 arrow host/fem host/base host/mesh/quadratic_tet.hpp host/fem
 arrow codegen host/base host/tables codegen firmware/haptable_model.h firmware/haptable_scene.h firmware/haptable_deformation.h firmware/haptable_body.h firmware/haptable_modes.h firmware/haptable_pair.h firmware/haptable_tool.h
 # What computes K^-1 knows nothing of scenes, of the report and of the product's files.
-arrow host/inverse host/base host/inverse
+arrow host/inverse host/base host/dense host/inverse
 # What solves with a factor is linked without what makes one.
 arrow host/inverse/solve host/base host/tables host/inverse/solve
 # A mesh with what holds it and what it is made of; then what of L = K^-1 a scene needs; then a run and its folder.
-arrow host/body host/base host/scene host/mesh host/fem host/inverse host/body
-arrow host/compliance host/base host/tables host/inverse host/body codegen/pair.hpp host/compliance
-arrow host/precompute host/base host/scene host/mesh/audit.hpp host/mesh/read_mesh.hpp host/tables host/inverse host/body host/compliance codegen host/precompute
+arrow host/body host/base host/dense host/scene host/mesh host/fem host/inverse host/body
+arrow host/compliance host/base host/dense host/tables host/inverse host/body codegen/pair.hpp host/compliance
+arrow host/precompute host/base host/dense host/scene host/mesh/audit.hpp host/mesh/read_mesh.hpp host/tables host/inverse host/body host/compliance codegen host/precompute
 arrow host/link host/base host/link haptable/
 arrow host/session host/base host/link "host/session/[^/]*.hpp" firmware/haptable_model.h firmware/haptable_body.h firmware/haptable_modes.h firmware/haptable_scene.h firmware/haptable_tool.h firmware/haptable_hands.h haptable/
 arrow host/session/servo host/base host/link host/session host/session/servo model.h haptable/
@@ -49,7 +50,7 @@ arrow host/target host/base host/tables codegen host/target firmware/haptable_mo
 arrow host/session/bridge host/base host/link host/session host/session/bridge host/tables codegen firmware/haptable_body.h firmware/haptable_line.h firmware/haptable_line_points.h firmware/haptable_tool.h firmware/haptable_pair.h firmware/haptable_model.h haptable/
 arrow host/device host/base host/link host/scene host/tables host/device haptable/
 arrow host/run host/base host/link host/scene host/run haptable/
-arrow host/fit host/base host/scene host/session/servo host/tables host/fit codegen
+arrow host/fit host/base host/dense host/scene host/session/servo host/tables host/fit codegen
 arrow host/strokes host/base host/session/scene_state.hpp host/inverse/cholmod_inverse.hpp host/link/finger_path.hpp host/mesh host/body host/precompute host/scene host/tables host/strokes codegen firmware/haptable_model.h firmware/haptable_scene.h firmware/haptable_pair.h
 arrow host/library host/precompiled.hpp host/base host/tables host/session/energy.hpp host/library host/session/scene_state.hpp codegen firmware/haptable_model.h firmware/haptable_body.h
 # Its C is the page's (host/page/wasm): it includes the firmware as an image does.

@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-#include "host/inverse/solve/dense.hpp"
+#include "host/dense/dense.hpp"
 
 namespace haptable::dense {
 

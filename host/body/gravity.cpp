@@ -12,8 +12,8 @@
 #include "host/base/noise.hpp"
 #include "host/body/assembly.hpp"
 #include "host/body/small_strain.hpp"
+#include "host/dense/dense.hpp"
 #include "host/fem/gravity.hpp"
-#include "host/inverse/solve/dense.hpp"
 
 namespace haptable {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "host/body/indentation.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -32,7 +32,7 @@ Indentation::Indentation(const Hyperelastic& body, const LinearSolver& solver, s
         if (const std::int32_t i = unknown[static_cast<std::size_t>(load.node[k])]; i >= 0)
             w_.middleRows<3>(Index{3} * i) += load.weight[k] * Eigen::Matrix3d::Identity();
     solver.solve(w_, x_);
-    stiffness_ = (w_.transpose() * x_).inverse();
+    stiffness_ = Eigen::Matrix3d(w_.transpose() * x_).inverse();
     rest_.x = VectorXd::Zero(solver.size());
 }
 

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -15,6 +14,7 @@
 #include "host/base/mass_range.hpp"
 #include "host/body/assembly.hpp"
 #include "host/body/under_constrained.hpp"
+#include "host/dense/dense.hpp"
 
 namespace haptable {
 
@@ -71,8 +71,7 @@ void require_moved(const Scene& scene, const RigidBody& rigid) {
         fail(scene, fmt::format("density: the body has {:g} kg, and a servo moves {:g} to {:g} kg: give densities in "
                                 "kg/m^3 and the mesh in m ([mesh] scale)",
                                 rigid.mass_kg, kLeastMass_kg, kMostMass_kg));
-    const Vector3d inertia =
-        Eigen::SelfAdjointEigenSolver<Matrix3d>(rigid.inertia_kg_m2, Eigen::EigenvaluesOnly).eigenvalues();
+    const Vector3d inertia = symmetric_eigenvalues(rigid.inertia_kg_m2);
     if (!(inertia[0] >= kLeastInertia_kg_m2 && inertia[2] <= kMostInertia_kg_m2))
         fail(scene, fmt::format("{}: the body's principal moments of inertia are {:g} to {:g} kg m^2, and a servo "
                                 "turns {:g} to {:g}: give mass in kg, densities in kg/m^3 and the mesh in m ([mesh] "
@@ -83,8 +82,7 @@ void require_moved(const Scene& scene, const RigidBody& rigid) {
 
 /// Hz of the six suspended directions, without what couples them.
 void require_slow(const Scene& scene, const RigidBody& rigid) {
-    const Vector3d inertia =
-        Eigen::SelfAdjointEigenSolver<Matrix3d>(rigid.inertia_kg_m2, Eigen::EigenvaluesOnly).eigenvalues();
+    const Vector3d inertia = symmetric_eigenvalues(rigid.inertia_kg_m2);
     for (std::size_t i = 0; i < 6; ++i) {
         const double mass = i < 3 ? rigid.mass_kg : inertia[0];
         const double hz = std::sqrt(scene.free_body->stiffness[i] / mass) / (2.0 * std::numbers::pi);

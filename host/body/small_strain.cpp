@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "host/body/small_strain.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <cmath>
 #include <limits>
 
@@ -12,6 +12,7 @@ namespace haptable {
 namespace {
 
 using Eigen::Index;
+using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
@@ -41,13 +42,13 @@ MatrixXd load_of(const NodeWeights& load, Unknowns unknown, Index size) {
     MatrixXd w = MatrixXd::Zero(size, 3);
     for (std::size_t k = 0; k < load.node.size(); ++k)
         if (const std::int32_t i = unknown[static_cast<std::size_t>(load.node[k])]; i >= 0)
-            w.middleRows<3>(Index{3} * i) += load.weight[k] * Eigen::Matrix3d::Identity();
+            w.middleRows<3>(Index{3} * i) += load.weight[k] * Matrix3d::Identity();
     return w;
 }
 
 /// Inward, and two ways along the surface.
-Eigen::Matrix3d ways_of(const Vector3d& outward) {
-    Eigen::Matrix3d ways;
+Matrix3d ways_of(const Vector3d& outward) {
+    Matrix3d ways;
     ways << -outward, outward.unitOrthogonal(), outward.cross(outward.unitOrthogonal());
     return ways;
 }
@@ -98,11 +99,11 @@ std::vector<FingerLoad> fingers_on(const Body& body, const Masks& masks) {
     return fingers;
 }
 
-Eigen::Matrix3d stiffness_under(const NodeWeights& load, const LinearSolver& solver, Unknowns unknown) {
+Matrix3d stiffness_under(const NodeWeights& load, const LinearSolver& solver, Unknowns unknown) {
     const MatrixXd w = load_of(load, unknown, solver.size());
     MatrixXd x;
     solver.solve(w, x);
-    return (w.transpose() * x).inverse();
+    return Matrix3d(w.transpose() * x).inverse();
 }
 
 double Departure::depth_m(double share) const {
@@ -125,7 +126,7 @@ Departures departures(const NeoHooke& body, const LinearSolver& solver, Unknowns
         const MatrixXd w = load_of(finger.load, unknown, size);
         MatrixXd x, v;
         solver.solve(w, x);
-        const Eigen::Matrix3d stiffness = (w.transpose() * x).inverse(), ways = ways_of(finger.outward);
+        const Matrix3d stiffness = Matrix3d(w.transpose() * x).inverse(), ways = ways_of(finger.outward);
         const MatrixXd phi = x * stiffness * ways;
         MatrixXd second(size, kWays), third(size, kWays);
         for (Index way = 0; way < Index{kWays}; ++way) {

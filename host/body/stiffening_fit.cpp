@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -11,6 +11,7 @@
 #include "host/base/error.hpp"
 #include "host/body/assembly.hpp"
 #include "host/body/indentation.hpp"
+#include "host/dense/dense.hpp"
 
 namespace haptable {
 
@@ -120,7 +121,7 @@ StiffeningCurve fit_curve(const std::vector<Dent>& dents, const std::array<bool,
             a.row(i) = weight * powers(std::sqrt(dent.linear_j / curve.energy_j), terms);
             b[i] = weight * (dent.factor - 1.0);
         }
-        const Eigen::VectorXd c = a.colPivHouseholderQr().solve(b);
+        const Eigen::VectorXd c = least_squares(a, b);
         curve.c = {};
         std::copy(c.begin(), c.end(), curve.c.begin());
         if (curve.least_tangent() >= kLeastTangent) return curve;

@@ -11,8 +11,8 @@
 
 #include <algorithm>
 
+#include "host/dense/dense.hpp"
 #include "host/inverse/factor.hpp"
-#include "host/inverse/solve/dense.hpp"
 #include "host/mesh/audit.hpp"
 #include "host/mesh/sets.hpp"
 

@@ -13,7 +13,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/index.hpp"
-#include "host/inverse/solve/dense.hpp"
+#include "host/dense/dense.hpp"
 
 namespace haptable {
 

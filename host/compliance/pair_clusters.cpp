@@ -7,7 +7,7 @@
 #include <numeric>
 #include <span>
 
-#include "host/inverse/solve/dense.hpp"
+#include "host/dense/dense.hpp"
 
 namespace haptable {
 

@@ -15,7 +15,7 @@
 #include "host/base/index.hpp"
 #include "host/compliance/compliance.hpp"
 #include "host/compliance/pair_clusters.hpp"
-#include "host/inverse/solve/dense.hpp"
+#include "host/dense/dense.hpp"
 
 namespace haptable {
 

@@ -128,7 +128,7 @@ std::optional<Vector3d> falcon_grip_m(const Vector3d& angle, const Vector3d& nea
     for (int step = 0; step < 20; ++step) {
         const std::optional<Legs> legs = legs_at(angle, grip_m);
         if (!legs) return std::nullopt;
-        const Vector3d more_m = legs->by_grip.partialPivLu().solve(-legs->g);
+        const Vector3d more_m = -legs->by_grip.inverse() * legs->g;
         if (!more_m.allFinite()) return std::nullopt;
         grip_m += more_m;
         if (more_m.norm() < 1e-12) return grip_m;
@@ -153,7 +153,7 @@ std::optional<Vector3d> falcon_angles(const Vector3d& grip_m) {
 std::optional<Matrix3d> falcon_jacobian(const Vector3d& angle, const Vector3d& grip_m) {
     const std::optional<Legs> legs = legs_at(angle, grip_m);
     if (!legs) return std::nullopt;
-    const Matrix3d jacobian = legs->by_grip.partialPivLu().solve(Matrix3d((-legs->by_angle).asDiagonal()));
+    const Matrix3d jacobian = -legs->by_grip.inverse() * legs->by_angle.asDiagonal();
     if (!jacobian.allFinite()) return std::nullopt;
     return jacobian;
 }

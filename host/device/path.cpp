@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "host/base/error.hpp"
+#include "host/base/turn.hpp"
 
 namespace haptable {
 
@@ -249,8 +250,7 @@ void add_named(const std::string& name, const PathOptions& o, const Frame& frame
 std::unique_ptr<Path> scripted_path(const std::string& names, const PathOptions& options) {
     if (!(options.speed_m_s > 0.0)) throw Error("--speed: must be greater than 0 m/s");
     const Frame frame = frame_of(options);
-    auto script = std::make_unique<Script>(options.speed_m_s, options.reach_m,
-                                           Eigen::Quaterniond::FromTwoVectors(-Vector3d::UnitZ(), frame.into));
+    auto script = std::make_unique<Script>(options.speed_m_s, options.reach_m, turn_from_z(Vector3d(-frame.into)));
     for (std::size_t begin = 0; begin <= names.size();) {
         const std::size_t comma = std::min(names.find(',', begin), names.size());
         add_named(names.substr(begin, comma - begin), options, frame, *script);

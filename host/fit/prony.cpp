@@ -11,6 +11,7 @@
 #include <unsupported/Eigen/NonLinearOptimization>
 
 #include "host/base/error.hpp"
+#include "host/dense/dense.hpp"
 
 namespace haptable {
 
@@ -100,7 +101,7 @@ VectorXd begin(const ForceRecord& record, std::size_t terms) {
         x[1 + count + k] = std::log(2.0 * sample_s) + share * std::log(0.5 * whole_s / (2.0 * sample_s));
         parts.col(1 + k) = convolve(record, Residual::time_s(x, k)).value;
     }
-    const VectorXd part = parts.colPivHouseholderQr().solve(as_vector(record.force_n));
+    const VectorXd part = least_squares(parts, as_vector(record.force_n));
     const double least = 0.02 * std::max(part.sum(), 1e-30);
     for (Eigen::Index k = 0; k <= count; ++k) x[k] = std::log(std::max(part[k], least));
     return x;

@@ -9,7 +9,7 @@
 #include <cmath>
 
 #include "host/base/error.hpp"
-#include "host/inverse/solve/dense.hpp"
+#include "host/dense/dense.hpp"
 
 namespace haptable {
 

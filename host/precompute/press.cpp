@@ -3,11 +3,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
+#include "host/dense/dense.hpp"
 #include "host/tables/npy.hpp"
 
 namespace haptable {
@@ -41,8 +42,7 @@ PressStiffness press_stiffness(const Scene& scene, const std::filesystem::path& 
         if (mask) s = Eigen::Matrix3d(s.inverse());
         if (!s.allFinite()) continue;  // a mask over held nodes alone
         mean.push_back(s.trace() / 3.0);
-        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(0.5 * (s + s.transpose()), Eigen::EigenvaluesOnly);
-        press.largest_n_per_m = std::max(press.largest_n_per_m, eigen.eigenvalues()[2]);
+        press.largest_n_per_m = std::max(press.largest_n_per_m, symmetric_eigenvalues(0.5 * (s + s.transpose()))[2]);
     }
     if (mean.empty()) return press;
     const auto middle = mean.begin() + static_cast<std::ptrdiff_t>(mean.size() / 2);

@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -12,6 +12,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "host/dense/dense.hpp"
 
 namespace haptable {
 
@@ -95,7 +96,7 @@ DentFit fit_dent(const ForceRecord& record) {
     for (Eigen::Index terms = std::min(kMost, count / 2); terms > 0; --terms) {
         Eigen::MatrixXd a(count, terms);
         for (Eigen::Index k = 0; k < terms; ++k) a.col(k) = depth_m.array() * s.pow(static_cast<double>(k));
-        const Eigen::VectorXd c = a.colPivHouseholderQr().solve(Eigen::VectorXd(force_n));
+        const Eigen::VectorXd c = least_squares(a, force_n);
         fit.stiffness_n_per_m = c[0];
         if (!(c[0] > 0.0)) continue;
         fit.misfit_n = (a * c - force_n).norm() / std::sqrt(static_cast<double>(count));

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 
+#include "host/base/turn.hpp"
 #include "host/view/colormap.hpp"
 #include "host/view/shaders.hpp"
 #include "host/view/shapes.hpp"
@@ -62,15 +63,6 @@ std::vector<Vector3f> framed(const DrawnSurface& surface, const std::vector<Vect
     for (std::size_t i = 0; i < upright_m.size(); ++i)
         if (upright_m[i].z() > middle) points.emplace_back(surface.rest_m[i] + kRoomTop * size_m * up);
     return points;
-}
-
-/// The shortest turn from z to `direction`. Eigen's FromTwoVectors instantiates a singular value decomposition for the
-/// one direction that leaves it open, -z: half of the time that this file took to compile.
-Eigen::Quaternionf turn_from_z(const Vector3f& direction) {
-    const Vector3f to = direction.normalized();
-    constexpr float kOpposite = 1e-6F - 1.0F;
-    if (to.z() < kOpposite) return {0.0F, 1.0F, 0.0F, 0.0F};
-    return Eigen::Quaternionf(1.0F + to.z(), -to.y(), to.x(), 0.0F).normalized();
 }
 
 /// The z axis of a unit shape laid from `from` to `to`.

@@ -20,6 +20,9 @@ Eigen::MatrixXd orthonormal(const Eigen::MatrixXd& a);
 /// A^-1 b of a symmetric positive definite A, by Cholesky.
 Eigen::VectorXd solve_spd(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
 
+/// The x [k] of least |A x - b|, A [n, k], by Householder's reflections with pivots.
+Eigen::VectorXd least_squares(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
+
 /// A B.
 Eigen::MatrixXd product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "host/inverse/solve/dense.hpp"
+#include "host/dense/dense.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -24,6 +24,8 @@ MatrixXd orthonormal(const MatrixXd& a) {
 }
 
 VectorXd solve_spd(const MatrixXd& a, const VectorXd& b) { return a.llt().solve(b); }
+
+VectorXd least_squares(const MatrixXd& a, const VectorXd& b) { return a.colPivHouseholderQr().solve(b); }
 
 MatrixXd product(const MatrixXd& a, const MatrixXd& b) { return a * b; }
 
