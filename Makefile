@@ -306,16 +306,16 @@ strokes: $(MODULES) $(BUILD)/bin/haptable-strokes $(BUILD)/setup-lab.stamp
 QUICK ?=
 DOCS = $(if $(QUICK),$(BUILD)/quick/docs,docs)
 MEASURED = $(BUILD)/$(if $(QUICK),quick,report)
-# peers: HAPI, beside whose god-object renderer make bench times the servo, at one commit (PEERS: where to fetch it)
+# peers: haptic libraries, beside whose proxies make bench times the servo (PEERS: where to fetch them)
 .PHONY: peers
-peers: $(BUILD)/peers/hapi.so
-$(BUILD)/peers/hapi.so: scripts/peers.sh $(wildcard host/bench/peers/*)
-	@PEERS="$(PEERS)" sh scripts/peers.sh $(@D)
+peers: $(patsubst host/bench/peers/%.cpp,$(BUILD)/peers/%.so,$(wildcard host/bench/peers/*.cpp))
+$(BUILD)/peers/%.so: host/bench/peers/%.cpp host/bench/peers/peer.h scripts/peers.sh
+	@PEERS="$(PEERS)" sh scripts/peers.sh $(@D) $*
 # How far the bench is, in its time, and what begins now.
 bench_step = @printf 'bench: [%-20s] %3d %%  %s\n' "$$(printf '%*s' $$(($(1) / 5)) '' | tr ' ' '\#')" $(1) "$(2)"
 .PHONY: bench
 bench: $(addprefix $(BUILD)/bin/,haptable-bench haptable-bench-devices haptable-bench-ticks haptable-contact) library lab $(if $(QUICK),,bench-programs)
-	@$(MAKE) --no-print-directory peers || echo "no peers: HAPI cannot be fetched here; its table stays as it is"
+	@$(MAKE) --no-print-directory -k peers || echo "a peer cannot be fetched here: its table stays as it is"
 	@$(MAKE) --no-print-directory scene SCENE=meshes/cube.toml
 	@$(MAKE) --no-print-directory scene SCENE=meshes/mouse.toml
 	@rm -rf $(BUILD)/quick

@@ -8,6 +8,7 @@ import subprocess
 import pytest
 from lab import LabError, output_of, programs, scenes
 from lab.error import FORCES
+from lab.figure import ROOT
 from lab.numbers import texts
 from lab.specimens import cube_scene
 
@@ -115,8 +116,9 @@ def test_what_is_no_peer_is_an_error(tmp_path, needed, capfd, source, why):
     assert why in capfd.readouterr().err
 
 
-def test_peers_that_cannot_be_fetched_leave_no_library(tmp_path):
-    ended = subprocess.run(["sh", "scripts/peers.sh", tmp_path / "peers"], check=False, capture_output=True,
+@pytest.mark.parametrize("peer", sorted(file.stem for file in (ROOT / "host/bench/peers").glob("*.cpp")))
+def test_a_peer_that_cannot_be_fetched_leaves_no_library(tmp_path, peer):
+    ended = subprocess.run(["sh", "scripts/peers.sh", tmp_path / "peers", peer], check=False, capture_output=True,
                            env={**os.environ, "PEERS": str(tmp_path / "nowhere")})
     assert ended.returncode != 0
     assert not list((tmp_path / "peers").glob("*.so*"))

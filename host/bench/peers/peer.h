@@ -6,6 +6,7 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+#pragma GCC visibility push(default)
 
 /* A rigid closed surface: points, m, three a point; patches, three points each, counter-clockwise from outside. Its
  * stiffness, N/m; Coulomb's coefficients, 0: none. It lives as long as the process. */
@@ -16,6 +17,7 @@ void haptable_peer_begin(void* peer, const double finger_m[3]);
 /* One tick of a millisecond: the force on the finger, N. */
 void haptable_peer_step(void* peer, const double finger_m[3], double force_n[3]);
 
+#pragma GCC visibility pop
 #ifdef __cplusplus
 }
 #endif
