@@ -28,9 +28,6 @@ extern "C" {
 /* Steps of the walk of a point in one of them. */
 #define HAPTABLE_POINTS_WALK_STEPS 32
 
-/* Factorisations of a tick: with that of a T which was not found, and with the way back where no step is taken. */
-#define HAPTABLE_POINTS_MOST_SETS (HAPTABLE_POINTS_SETS + HAPTABLE_POINTS_TRIALS * HAPTABLE_POINTS_TRIAL_SETS + 2)
-
 struct haptable_points_model;
 
 /* Moves the points that touch to where less energy is stored. before: their loads are solved. after: the same. */
@@ -102,7 +99,7 @@ void haptable_point_see(const struct haptable_points_model* of, void* state, uin
 void haptable_points_tick(const struct haptable_points_model* of, void* state);
 
 /* Writes C of every point that is inside and not known, solves C_TT f_T = u_T, and finds T, by so many factorisations
- * at the most. Returns 0 where that many do not find it. */
+ * at the most. Returns 0 where that many do not find it: then of one the deepest point presses alone. */
 int haptable_points_solve(const struct haptable_points_model* of, void* state, int most_sets);
 
 /* C_TT = L L^T of T as it is now, and of C as it was written last. */

@@ -211,8 +211,21 @@ static int has_loads(const struct haptable_points_model* of, void* state) {
     return 1;
 }
 
-/* Leaves the deepest point alone in T, with the load of a finger: where so many load one place that no float has what
- * C^-1 makes of its error. */
+/* Takes out of T the points whose load would pull the surface. */
+static int drop(const struct haptable_points_model* of, void* state) {
+    struct haptable_point* point = haptable_points_in(of, state);
+    int dropped = 0;
+    for (uint32_t i = 0; i < of->count; ++i) {
+        if (!point[i].presses || !(vec_dot(point[i].load_n, point[i].normal) > 0.0f)) continue;
+        point[i].presses = 0;
+        vec_zero(point[i].load_n);
+        ++dropped;
+    }
+    return dropped;
+}
+
+/* Leaves the deepest point alone in T, with the load of a finger, if it presses: where no T was found, or so many load
+ * one place that no float has what C^-1 makes of its error. */
 static void press_by_one(const struct haptable_points_model* of, void* state) {
     struct haptable_point* point = haptable_points_in(of, state);
     uint32_t deepest = of->count;
@@ -230,19 +243,7 @@ static void press_by_one(const struct haptable_points_model* of, void* state) {
     }
     if (deepest < of->count) point[deepest].presses = 1;
     put_loads(of, state);
-}
-
-/* Takes out of T the points whose load would pull the surface. */
-static int drop(const struct haptable_points_model* of, void* state) {
-    struct haptable_point* point = haptable_points_in(of, state);
-    int dropped = 0;
-    for (uint32_t i = 0; i < of->count; ++i) {
-        if (!point[i].presses || !(vec_dot(point[i].load_n, point[i].normal) > 0.0f)) continue;
-        point[i].presses = 0;
-        vec_zero(point[i].load_n);
-        ++dropped;
-    }
-    return dropped;
+    (void)drop(of, state);
 }
 
 /* How far a point out of T is outside of the surface as the others dent it. */
@@ -309,6 +310,7 @@ int haptable_points_solve(const struct haptable_points_model* of, void* state, i
         }
         goes_on = drop(of, state) || (set < most_sets / 2 && add(of, state, all->count == 0));
     }
+    if (goes_on && most_sets == 1) press_by_one(of, state);
     all->energy_j = 0.0f;
     for (uint32_t i = 0; i < of->count; ++i) {
         float u[3];
