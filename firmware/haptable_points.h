@@ -99,8 +99,12 @@ void haptable_point_see(const struct haptable_points_model* of, void* state, uin
 void haptable_points_tick(const struct haptable_points_model* of, void* state);
 
 /* Writes C of every point that is inside and not known, solves C_TT f_T = u_T, and finds T, by so many factorisations
- * at the most. Returns 0 where that many do not find it: then of one the deepest point presses alone. */
+ * at the most. Returns 0 where that many do not find it. */
 int haptable_points_solve(const struct haptable_points_model* of, void* state, int most_sets);
+
+/* Leaves the deepest point alone in T, with the load of a finger, if it presses: where no T was found, or so many load
+ * one place that no float has what C^-1 makes of its error. */
+void haptable_points_press_by_one(const struct haptable_points_model* of, void* state);
 
 /* C_TT = L L^T of T as it is now, and of C as it was written last. */
 void haptable_points_factor(const struct haptable_points_model* of, void* state);

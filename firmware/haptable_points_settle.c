@@ -209,7 +209,8 @@ void haptable_points_tick(const struct haptable_points_model* of, void* state) {
     struct haptable_points* all = haptable_points_of(of, state);
     all->sets = 0;
     /* Where T was not found: loads of what it is now, or of the deepest point alone. */
-    if (!haptable_points_solve(of, state, HAPTABLE_POINTS_SETS)) (void)haptable_points_solve(of, state, 1);
+    if (!haptable_points_solve(of, state, HAPTABLE_POINTS_SETS) && !haptable_points_solve(of, state, 1))
+        haptable_points_press_by_one(of, state);
     if (of->settle) of->settle(of, state);
     if (all->sets > all->most_sets) all->most_sets = all->sets;
 }

@@ -224,9 +224,19 @@ static int drop(const struct haptable_points_model* of, void* state) {
     return dropped;
 }
 
-/* Leaves the deepest point alone in T, with the load of a finger, if it presses: where no T was found, or so many load
- * one place that no float has what C^-1 makes of its error. */
-static void press_by_one(const struct haptable_points_model* of, void* state) {
+static void put_energy(const struct haptable_points_model* of, void* state) {
+    const struct haptable_point* point = haptable_points_in(of, state);
+    struct haptable_points* all = haptable_points_of(of, state);
+    all->energy_j = 0.0f;
+    for (uint32_t i = 0; i < of->count; ++i) {
+        float u[3];
+        if (!point[i].presses) continue;
+        dent_of(of, state, i, u);
+        all->energy_j += 0.5f * vec_dot(u, point[i].load_n);
+    }
+}
+
+void haptable_points_press_by_one(const struct haptable_points_model* of, void* state) {
     struct haptable_point* point = haptable_points_in(of, state);
     uint32_t deepest = of->count;
     float least_m = 0.0f;
@@ -244,6 +254,7 @@ static void press_by_one(const struct haptable_points_model* of, void* state) {
     if (deepest < of->count) point[deepest].presses = 1;
     put_loads(of, state);
     (void)drop(of, state);
+    put_energy(of, state);
 }
 
 /* How far a point out of T is outside of the surface as the others dent it. */
@@ -296,27 +307,18 @@ static void put_raised(const struct haptable_points_model* of, void* state) {
 }
 
 int haptable_points_solve(const struct haptable_points_model* of, void* state, int most_sets) {
-    const struct haptable_point* point = haptable_points_in(of, state);
-    struct haptable_points* all = haptable_points_of(of, state);
+    const struct haptable_points* all = haptable_points_of(of, state);
     int goes_on = 1;
     assemble(of, state);
     put_raised(of, state);
     for (int set = 0; goes_on && set < most_sets; ++set) {
         put_loads(of, state);
         if (!has_loads(of, state)) {
-            press_by_one(of, state);
-            goes_on = 0;
-            break;
+            haptable_points_press_by_one(of, state);
+            return 1;
         }
         goes_on = drop(of, state) || (set < most_sets / 2 && add(of, state, all->count == 0));
     }
-    if (goes_on && most_sets == 1) press_by_one(of, state);
-    all->energy_j = 0.0f;
-    for (uint32_t i = 0; i < of->count; ++i) {
-        float u[3];
-        if (!point[i].presses) continue;
-        dent_of(of, state, i, u);
-        all->energy_j += 0.5f * vec_dot(u, point[i].load_n);
-    }
+    put_energy(of, state);
     return !goes_on;
 }

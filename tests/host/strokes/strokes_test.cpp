@@ -127,6 +127,16 @@ TEST(Strokes, ThatWereFaultsAreClean) {
          {ForceLaw::kPressureMask, kLeast, false, 1, {}, true},
          0xc8cbb70839f26475ULL,
          190},
+        {"no active set is found",
+         "needle",
+         {ForceLaw::kPressureMask, kLeast, true, 1, {}, true},
+         0xa5b56048600b271cULL,
+         1182},
+        {"the one point that is left to press lies outside",
+         "torus",
+         {ForceLaw::kPressureMask, kLeast, true, 1, {}, true},
+         0xedb662018356d2ecULL,
+         2604},
     };
     for (const Case& one : cases)
         EXPECT_TRUE(Stroked(tables_of(one.mesh), one.mode).judged(one.seed, one.number).is_clean()) << one.what;
