@@ -4,6 +4,8 @@
 #include <numeric>
 #include <utility>
 
+#include "host/base/index.hpp"
+#include "host/body/mask.hpp"
 #include "host/fem/mass.hpp"
 
 namespace haptable {
@@ -68,6 +70,28 @@ Eigen::SparseMatrix<double> assemble_mass(const Scene& scene, const Body& body) 
     Eigen::SparseMatrix<double> mass = mass_of(scene, body, body.unknown, body.free_node.size());
     if (scene.mass_kg() > 0.0) mass *= scene.mass_kg() / whole_mass_kg(scene, body);
     return mass;
+}
+
+Eigen::Matrix3Xd spread(const Eigen::VectorXd& x, std::span<const std::int32_t> unknown) {
+    Eigen::Matrix3Xd u = Eigen::Matrix3Xd::Zero(3, std::ssize(unknown));
+    for (std::size_t i = 0; i < unknown.size(); ++i)
+        if (unknown[i] >= 0) u.col(static_cast<Eigen::Index>(i)) = x.segment<3>(dof(unknown[i]));
+    return u;
+}
+
+Eigen::VectorXd gather(const Eigen::Matrix3Xd& f, std::span<const std::int32_t> unknown, Eigen::Index size) {
+    Eigen::VectorXd x(size);
+    for (std::size_t i = 0; i < unknown.size(); ++i)
+        if (unknown[i] >= 0) x.segment<3>(dof(unknown[i])) = f.col(static_cast<Eigen::Index>(i));
+    return x;
+}
+
+Eigen::MatrixXd load_matrix(const NodeWeights& load, std::span<const std::int32_t> unknown, Eigen::Index size) {
+    Eigen::MatrixXd w = Eigen::MatrixXd::Zero(size, 3);
+    for (std::size_t k = 0; k < load.node.size(); ++k)
+        if (const std::int32_t i = unknown[at(load.node[k])]; i >= 0)
+            w.middleRows<3>(dof(i)) += load.weight[k] * Eigen::Matrix3d::Identity();
+    return w;
 }
 
 }  // namespace haptable

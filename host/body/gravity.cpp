@@ -31,20 +31,11 @@ Eigen::Matrix3Xd weight(const Scene& scene, const Body& body) {
     return weight_of(element_mesh(scene, body, laws), density, {g[0], g[1], g[2]});
 }
 
-VectorXd on_unknowns(const Body& body, const Eigen::Matrix3Xd& f) {
-    VectorXd x(3 * static_cast<Index>(body.free_node.size()));
-    for (std::size_t k = 0; k < body.free_node.size(); ++k)
-        x.segment<3>(3 * static_cast<Index>(k)) = f.col(body.free_node[k]);
-    return x;
-}
-
 /// |dS| / S of one finger, at most in any direction: S = (phi^T K phi)^-1 becomes S + dS with phi^T K_sigma phi.
 double force_change(const Body& body, const NodeWeights& load, const Eigen::SparseMatrix<double>& k_sigma,
                     const LinearSolver& solver) {
-    MatrixXd w = MatrixXd::Zero(solver.size(), 3), phi;
-    for (std::size_t k = 0; k < load.node.size(); ++k)
-        if (const std::int32_t i = body.unknown[static_cast<std::size_t>(load.node[k])]; i >= 0)
-            w.middleRows<3>(Index{3} * i) += load.weight[k] * Eigen::Matrix3d::Identity();
+    const MatrixXd w = load_matrix(load, body.unknown, solver.size());
+    MatrixXd phi;
     solver.solve(w, phi);
     const Eigen::Matrix3d compliance = w.transpose() * phi, change = phi.transpose() * (k_sigma * phi);
     const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::Matrix3d> eigen(0.5 * (change + change.transpose()),
@@ -56,7 +47,7 @@ double force_change(const Body& body, const NodeWeights& load, const Eigen::Spar
 
 std::vector<Eigen::Vector3d> find_sag(const Scene& scene, const Body& body, const LinearSolver& solver) {
     MatrixXd x;
-    solver.solve(on_unknowns(body, weight(scene, body)), x);
+    solver.solve(gather(weight(scene, body), body.unknown, solver.size()), x);
     const double largest_m = x.cwiseAbs().maxCoeff();  // positions are made of it
     x = x.unaryExpr([largest_m](double u) { return without_noise(u, largest_m); }).eval();
     std::vector<Eigen::Vector3d> sag_m(body.unknown.size(), Eigen::Vector3d::Zero());

@@ -27,10 +27,7 @@ constexpr double kCurvature = 1e-12;       // least s . y of a pair that is kept
 Indentation::Indentation(const Hyperelastic& body, const LinearSolver& solver, std::span<const std::int32_t> unknown,
                          const NodeWeights& load)
     : body_(&body), solver_(&solver), unknown_(unknown) {
-    w_ = MatrixXd::Zero(solver.size(), 3);
-    for (std::size_t k = 0; k < load.node.size(); ++k)
-        if (const std::int32_t i = unknown[static_cast<std::size_t>(load.node[k])]; i >= 0)
-            w_.middleRows<3>(Index{3} * i) += load.weight[k] * Eigen::Matrix3d::Identity();
+    w_ = load_matrix(load, unknown, solver.size());
     solver.solve(w_, x_);
     stiffness_ = Eigen::Matrix3d(w_.transpose() * x_).inverse();
     rest_.x = VectorXd::Zero(solver.size());
@@ -38,14 +35,10 @@ Indentation::Indentation(const Hyperelastic& body, const LinearSolver& solver, s
 
 /// False where an element is turned over.
 bool Indentation::evaluate(State& state) const {
-    Matrix3Xd u = Matrix3Xd::Zero(3, static_cast<Index>(unknown_.size())), f;
-    for (std::size_t i = 0; i < unknown_.size(); ++i)
-        if (unknown_[i] >= 0) u.col(static_cast<Index>(i)) = state.x.segment<3>(Index{3} * unknown_[i]);
-    state.energy_j = body_->energy(u, f);
+    Matrix3Xd f;
+    state.energy_j = body_->energy(spread(state.x, unknown_), f);
     if (!std::isfinite(state.energy_j)) return false;
-    state.gradient.resize(state.x.size());
-    for (std::size_t i = 0; i < unknown_.size(); ++i)
-        if (unknown_[i] >= 0) state.gradient.segment<3>(Index{3} * unknown_[i]) = f.col(static_cast<Index>(i));
+    state.gradient = gather(f, unknown_, state.x.size());
     return true;
 }
 

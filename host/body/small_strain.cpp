@@ -22,30 +22,6 @@ using Unknowns = std::span<const std::int32_t>;
 constexpr std::size_t kPressed = 5;  // odd: a median is one of them
 constexpr std::size_t kWays = 3;     // that are solved for: along the normal, and two along the surface
 
-/// [N] as columns, held nodes 0, from the unknowns' rows.
-Matrix3Xd spread(const VectorXd& x, Unknowns unknown) {
-    Matrix3Xd u = Matrix3Xd::Zero(3, static_cast<Index>(unknown.size()));
-    for (std::size_t i = 0; i < unknown.size(); ++i)
-        if (unknown[i] >= 0) u.col(static_cast<Index>(i)) = x.segment<3>(Index{3} * unknown[i]);
-    return u;
-}
-
-VectorXd gather(const Matrix3Xd& f, Unknowns unknown, Index size) {
-    VectorXd x(size);
-    for (std::size_t i = 0; i < unknown.size(); ++i)
-        if (unknown[i] >= 0) x.segment<3>(Index{3} * unknown[i]) = f.col(static_cast<Index>(i));
-    return x;
-}
-
-/// w, for forces along the three axes: [size, 3].
-MatrixXd load_of(const NodeWeights& load, Unknowns unknown, Index size) {
-    MatrixXd w = MatrixXd::Zero(size, 3);
-    for (std::size_t k = 0; k < load.node.size(); ++k)
-        if (const std::int32_t i = unknown[static_cast<std::size_t>(load.node[k])]; i >= 0)
-            w.middleRows<3>(Index{3} * i) += load.weight[k] * Matrix3d::Identity();
-    return w;
-}
-
 /// Inward, and two ways along the surface.
 Matrix3d ways_of(const Vector3d& outward) {
     Matrix3d ways;
@@ -100,7 +76,7 @@ std::vector<FingerLoad> fingers_on(const Body& body, const Masks& masks) {
 }
 
 Matrix3d stiffness_under(const NodeWeights& load, const LinearSolver& solver, Unknowns unknown) {
-    const MatrixXd w = load_of(load, unknown, solver.size());
+    const MatrixXd w = load_matrix(load, unknown, solver.size());
     MatrixXd x;
     solver.solve(w, x);
     return Matrix3d(w.transpose() * x).inverse();
@@ -123,7 +99,7 @@ Departures departures(const NeoHooke& body, const LinearSolver& solver, Unknowns
     Departures result;
     const Index size = solver.size();
     for (const FingerLoad& finger : fingers) {
-        const MatrixXd w = load_of(finger.load, unknown, size);
+        const MatrixXd w = load_matrix(finger.load, unknown, size);
         MatrixXd x, v;
         solver.solve(w, x);
         const Matrix3d stiffness = Matrix3d(w.transpose() * x).inverse(), ways = ways_of(finger.outward);

@@ -19,8 +19,6 @@ namespace haptable {
 
 namespace {
 
-/// First row of a node's three.
-
 /// The unit loads E_I of one block of nodes, [3 unknowns, 3 count].
 void set_unit_loads(std::span<const std::int32_t> node, Eigen::MatrixXd& b) {
     b.setZero();
