@@ -28,7 +28,9 @@ void require_definite(const haptable_pair_model& pair, const TablesFolder& folde
                 is_zero = is_zero && own[e] == 0.0;
             }
             if (!is_zero && !is_definite(own))
-                folder.fail(pair.block != nullptr ? "coupling.npy" : "coupling_core.npy",
+                folder.fail(pair.block != nullptr ? "coupling.npy"
+                            : pair.fine_count > 0 ? "coupling_fine.npy"
+                                                  : "coupling_core.npy",
                             fmt::format("couples a place of patch {} with itself by a block that is not positive "
                                         "definite: it would pull",
                                         patch));

@@ -24,7 +24,7 @@ using Out = std::back_insert_iterator<std::string>;
 
 static_assert(kClusterPlaces == HAPTABLE_PAIR_CLUSTER && kMostRank == HAPTABLE_PAIR_RANK &&
               kMostLoaded == HAPTABLE_PAIR_PLACES && kDenseForm == HAPTABLE_PAIR_DENSE &&
-              kTwiceForm == HAPTABLE_PAIR_TWICE);
+              kFineForm == HAPTABLE_PAIR_FINE);
 
 float finite_in_pair(double value) {
     return to_float(value, "the coupling of two fingers holds a number that is not finite");
@@ -157,6 +157,8 @@ void point_to_clusters(const ServoPair& pair, haptable_pair_model& to) {
     to.core_step = c.step.data();
     to.core_form = c.form.data();
     to.core = rows_or_none(c.core);
+    to.fine_count = static_cast<std::uint32_t>(c.fine.size());
+    to.fine = reinterpret_cast<const std::int16_t(*)[9]>(rows_or_none(c.fine));
     to.place = rows_or_none(pair.place);
     to.load_begin = rows_or_none(pair.load_begin);
     to.load_place = rows_or_none(pair.load_place);
@@ -213,7 +215,7 @@ std::string coupling_bytes(const haptable_pair_model& from) {
 #undef HAPTABLE_LAW
     const auto law = static_cast<std::uint32_t>((std::ranges::find(kInOrder, from.law) - std::begin(kInOrder)) / 2);
     const std::uint32_t control_count = from.control_count, place_count = from.place_count,
-                        load_count = from.load_count, rank = from.rank;
+                        load_count = from.load_count, rank = from.rank, fine_count = from.fine_count;
     const std::uint32_t *const core_begin = from.core_begin, *const load_begin = from.load_begin;
     Bytes bytes;
     bytes.add(law);
@@ -234,6 +236,7 @@ std::vector<TableBytes> flash_tables(const ServoPair& pair) {
     add("pair_core_step", c.step);
     add("pair_core_form", c.form);
     add("pair_core", c.core);
+    add("pair_fine", c.fine);
     add("pair_place", pair.place);
     add("pair_load_begin", pair.load_begin);
     add("pair_load_place", pair.load_place);
@@ -252,6 +255,7 @@ void add_pair_values(const ServoPair& pair, const Tables& tables, const haptable
     define("float", "core_step", "", c.step, text);
     define("uint8_t", "core_form", "", c.form, text);
     define("int8_t", "core", "", c.core, text);
+    define("int16_t", "fine", "[9]", c.fine, text);
     define("uint16_t", "place", "", pair.place, text);
     define("uint32_t", "load_begin", "", pair.load_begin, text);
     define("uint16_t", "load_place", "", pair.load_place, text);
@@ -273,6 +277,7 @@ void add_pair_values(const ServoPair& pair, const Tables& tables, const haptable
     values["pair_rank"] = pair.is_exact() ? "" : std::to_string(to.rank);
     values["pair_fields"] = fields;
     values["points_settle"] = flag(model.energy != nullptr || model.frictionless != nullptr);
+    values["pair_fine_count"] = std::to_string(to.fine_count);
     values["pair_finger_count"] = std::to_string(to.finger_count);
 }
 

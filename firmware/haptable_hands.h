@@ -32,7 +32,7 @@ struct haptable_hands_room {
     struct haptable_servo servo[HAPTABLE_HANDS];
     struct haptable_hands hands;
     struct haptable_point point[HAPTABLE_HANDS];
-    float system[HAPTABLE_POINTS_SYSTEM(HAPTABLE_HANDS)];
+    float system[HAPTABLE_POINTS_SETTLING_SYSTEM(HAPTABLE_HANDS)];
 };
 
 /* Makes a scene of tables that are known at run time, and its points, which the scene names. before: pair->finger_count

@@ -18,7 +18,7 @@ extern "C" {
 #endif
 
 /* Tables and firmware trust each other only through this number, beside HAPTABLE_TABLE_VERSION. */
-#define HAPTABLE_PAIR_VERSION 4
+#define HAPTABLE_PAIR_VERSION 5
 
 /* Of the coupling in clusters: places of one, the most vectors of its basis, the most places that a patch loads. */
 #define HAPTABLE_PAIR_CLUSTER 8
@@ -29,9 +29,9 @@ extern "C" {
 #define HAPTABLE_PAIR_CLUSTERS(places) (((places) + HAPTABLE_PAIR_CLUSTER - 1) / HAPTABLE_PAIR_CLUSTER)
 #define HAPTABLE_PAIR_CORES(places) (HAPTABLE_PAIR_CLUSTERS(places) * (HAPTABLE_PAIR_CLUSTERS(places) + 1) / 2)
 
-/* How a core is kept, beside its rank: as the blocks of its places, or as these and what they lack. */
+/* How a core is kept, beside its rank: as the blocks of its places, in 8 bits or in 16. */
 #define HAPTABLE_PAIR_DENSE 254
-#define HAPTABLE_PAIR_TWICE 255
+#define HAPTABLE_PAIR_FINE 255
 
 /* Evaluations of both fingers' energy at once, in a tick that tries to settle them together: at its begin and, where
  * that fails, once more at its end. */
@@ -86,29 +86,32 @@ typedef int haptable_pair_settle_fn(const struct haptable_pair_model* tables, st
 typedef float haptable_float9[9];
 typedef int16_t haptable_step3[3];
 typedef int16_t haptable_step6[6];
+typedef int16_t haptable_step9[9];
 
 /* What tables hold: one list as a model's, for the struct, its C text, its CRC and the file that port/measure_pair.c
  * reads. Either block; or the others: places in clusters of HAPTABLE_PAIR_CLUSTER in their order, and for each two
  * clusters I >= J a core at core_begin. Of a rank r: [r,r], C_kl = s_k s_l step sum_ab U_ka core_ab U_lb^T; dense:
- * [8,8,9], C_kl = s_k s_l step core_kl; twice: a second one in steps of step / 254 is added. */
-#define HAPTABLE_PAIR_FIELDS(VALUE, TABLE)                                                                            \
-    VALUE(float, meeting_m)        /* fingers nearer than this meet, > 0 */                                           \
-    VALUE(uint16_t, control_count) /* n: free vertices; or vertices, then edges */                                    \
-    VALUE(uint16_t, place_count)   /* m; 0: every pair of controls has its block */                                   \
-    VALUE(uint16_t, load_count)    /* patches of which each says what it loads; 0: places are controls */             \
-    VALUE(uint16_t, rank)          /* r <= HAPTABLE_PAIR_RANK: vectors of each place */                               \
-    VALUE(uint16_t, finger_count)  /* 2; or 3 to HAPTABLE_HANDS, each a point; of a tool 1 */                         \
-    TABLE(haptable_float9, block, place_count ? 0 : control_count*(control_count + 1) / 2) /* C_kl, k >= l, by k */   \
-    TABLE(float, scale, place_count)                                                       /* s */                    \
-    TABLE(haptable_step3, basis, place_count* rank) /* U, in 1/32767; step has its square */                          \
-    TABLE(uint32_t, core_begin, place_count ? HAPTABLE_PAIR_CORES(place_count) + 1 : 0) /* the last: of all cores */  \
-    TABLE(float, core_step, HAPTABLE_PAIR_CORES(place_count))                                                         \
-    TABLE(uint8_t, core_form, HAPTABLE_PAIR_CORES(place_count)) /* rank, 0: nothing; or HAPTABLE_PAIR_DENSE, TWICE */ \
-    TABLE(int8_t, core, core_begin ? core_begin[HAPTABLE_PAIR_CORES(place_count)] : 0)                                \
-    TABLE(uint16_t, place, place_count && !load_count ? control_count : 0)     /* of each control */                  \
-    TABLE(uint32_t, load_begin, load_count ? load_count + 1 : 0)               /* of each patch */                    \
-    TABLE(uint16_t, load_place, load_begin ? load_begin[load_count] : 0)       /* ascending in a patch */             \
-    TABLE(haptable_step6, load_share, load_begin ? load_begin[load_count] : 0) /* of its controls, in 1/32767 */      \
+ * [8,8,9], C_kl = s_k s_l step core_kl; fine: the same at fine, [8,8], from its row core_begin on. */
+#define HAPTABLE_PAIR_FIELDS(VALUE, TABLE)                                                                           \
+    VALUE(float, meeting_m)        /* fingers nearer than this meet, > 0 */                                          \
+    VALUE(uint16_t, control_count) /* n: free vertices; or vertices, then edges */                                   \
+    VALUE(uint16_t, place_count)   /* m; 0: every pair of controls has its block */                                  \
+    VALUE(uint16_t, load_count)    /* patches of which each says what it loads; 0: places are controls */            \
+    VALUE(uint16_t, rank)          /* r <= HAPTABLE_PAIR_RANK: vectors of each place */                              \
+    VALUE(uint16_t, finger_count)  /* 2; or 3 to HAPTABLE_HANDS, each a point; of a tool 1 */                        \
+    VALUE(uint32_t, fine_count)    /* blocks in 16 bits */                                                           \
+    TABLE(haptable_float9, block, place_count ? 0 : control_count*(control_count + 1) / 2) /* C_kl, k >= l, by k */  \
+    TABLE(float, scale, place_count)                                                       /* s */                   \
+    TABLE(haptable_step3, basis, place_count* rank) /* U, in 1/32767; step has its square */                         \
+    TABLE(uint32_t, core_begin, place_count ? HAPTABLE_PAIR_CORES(place_count) + 1 : 0) /* the last: of all cores */ \
+    TABLE(float, core_step, HAPTABLE_PAIR_CORES(place_count))                                                        \
+    TABLE(uint8_t, core_form, HAPTABLE_PAIR_CORES(place_count)) /* rank, 0: nothing; or HAPTABLE_PAIR_DENSE, FINE */ \
+    TABLE(int8_t, core, core_begin ? core_begin[HAPTABLE_PAIR_CORES(place_count)] : 0)                               \
+    TABLE(haptable_step9, fine, fine_count)                                                                          \
+    TABLE(uint16_t, place, place_count && !load_count ? control_count : 0)     /* of each control */                 \
+    TABLE(uint32_t, load_begin, load_count ? load_count + 1 : 0)               /* of each patch */                   \
+    TABLE(uint16_t, load_place, load_begin ? load_begin[load_count] : 0)       /* ascending in a patch */            \
+    TABLE(haptable_step6, load_share, load_begin ? load_begin[load_count] : 0) /* of its controls, in 1/32767 */     \
     VALUE(uint32_t, crc) /* for check: of all other values and tables, haptable_crc_of */
 
 #define HAPTABLE_PAIR_VALUE(type, name) type name;

@@ -24,6 +24,7 @@ struct haptable_span haptable_span_of_pair(const void* of, uint32_t field) {
     const uint32_t place_count = tables->place_count;
     const uint32_t load_count = tables->load_count;
     const uint32_t rank = tables->rank;
+    const uint32_t fine_count = tables->fine_count;
     const uint32_t* const core_begin = tables->core_begin;
     const uint32_t* const load_begin = tables->load_begin;
     switch (field) {

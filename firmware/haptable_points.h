@@ -42,13 +42,17 @@ struct haptable_points_model {
     uint32_t state_at;                      /* byte of struct haptable_points in the state */
     uint32_t servos_at;                     /* of the first point's servo */
     uint32_t points_at;                     /* of the first struct haptable_point */
-    uint32_t system_at;                     /* of HAPTABLE_POINTS_SYSTEM(count) floats */
+    uint32_t system_at;                     /* of HAPTABLE_POINTS_SYSTEM(count) floats; with settle _SETTLING_SYSTEM */
     uint16_t count;                         /* 2 to HAPTABLE_POINTS */
 };
 
 /* Floats of the system of n points: C above its diagonal and on it, its factor below; then the factor's inverse
  * diagonal. */
 #define HAPTABLE_POINTS_SYSTEM(points) (9 * (points) * (points) + 3 * (points))
+
+/* The same, and C once more, as it was before a step toward least energy. */
+#define HAPTABLE_POINTS_SETTLING_SYSTEM(points) \
+    (HAPTABLE_POINTS_SYSTEM(points) + (9 * (points) * (points) + 3 * (points)) / 2)
 
 /* A scene with points: its functions get the scene, which is its first member. */
 struct haptable_points_scene {
@@ -67,7 +71,8 @@ struct haptable_point {
     uint32_t met;      /* contacts of its servo, as raised_m is of the last */
     uint8_t is_inside; /* 1: it has a contact */
     uint8_t presses;   /* 1: it is in T */
-    uint8_t is_known;  /* 1: C has its rows */
+    uint8_t is_known;  /* 1: C has its own block */
+    uint32_t coupled;  /* bit j: C has its block with point j */
 };
 
 /* All points of a state. */
@@ -105,6 +110,10 @@ int haptable_points_solve(const struct haptable_points_model* of, void* state, i
 /* Leaves the deepest point alone in T, with the load of a finger, if it presses: where no T was found, or so many load
  * one place that no float has what C^-1 makes of its error. */
 void haptable_points_press_by_one(const struct haptable_points_model* of, void* state);
+
+/* With settle: keeps C, and takes it back. What a point had of C goes with it. */
+void haptable_points_keep(const struct haptable_points_model* of, void* state);
+void haptable_points_take_back(const struct haptable_points_model* of, void* state);
 
 /* C_TT = L L^T of T as it is now, and of C as it was written last. */
 void haptable_points_factor(const struct haptable_points_model* of, void* state);

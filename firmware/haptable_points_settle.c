@@ -135,9 +135,12 @@ static enum going foresee(const struct haptable_points_model* of, void* state, f
     return goes;
 }
 
-/* A point before it goes: its god-object and load, where its surface was, and whether it was in T. */
+/* A point before it goes: its god-object and load, where its surface was, whether it was in T, and what C had of it. */
 struct start {
     struct haptable_contact at;
+    struct haptable_pair_own own;
+    struct haptable_pair_place place;
+    uint32_t coupled;
     float load_n[3];
     float raised_m;
     uint8_t presses;
@@ -162,17 +165,19 @@ static void go(const struct haptable_points_model* of, void* state, uint32_t cou
     }
 }
 
-/* To where each was, with its load. C has the rows of those that went at the next tick. */
-static void go_back(const struct haptable_points_model* of, void* state, uint32_t count, const struct start from[],
-                    const float (*way_m)[3]) {
+/* To where each was, with its load. */
+static void go_back(const struct haptable_points_model* of, void* state, uint32_t count, const struct start from[]) {
     struct haptable_point* point = haptable_points_in(of, state);
+    haptable_points_take_back(of, state);
     for (uint32_t i = 0; i < count; ++i) {
         point[i].presses = from[i].presses;
         vec_copy(from[i].load_n, point[i].load_n);
         point[i].raised_m = from[i].raised_m;
-        if (!point[i].is_inside || !(vec_length2(way_m[i]) > 0.0f)) continue;
         point[i].at = from[i].at;
-        point[i].is_known = 0;
+        point[i].own = from[i].own;
+        point[i].place = from[i].place;
+        point[i].coupled = from[i].coupled;
+        point[i].is_known = point[i].is_inside;
     }
     haptable_points_factor(of, state);
 }
@@ -191,7 +196,11 @@ void haptable_points_settle(const struct haptable_points_model* of, void* state)
         vec_copy(point[i].load_n, from[i].load_n);
         from[i].raised_m = point[i].raised_m;
         from[i].presses = point[i].presses;
+        from[i].own = point[i].own;
+        from[i].place = point[i].place;
+        from[i].coupled = point[i].coupled;
     }
+    haptable_points_keep(of, state);
     /* E is of those that press: without them it stays, to rounding. */
     const int trials = goes == SOME_GO ? HAPTABLE_POINTS_TRIALS : 1;
     const float stored_j = all->energy_j;
@@ -201,7 +210,7 @@ void haptable_points_settle(const struct haptable_points_model* of, void* state)
         if (haptable_points_solve(of, state, HAPTABLE_POINTS_TRIAL_SETS) && all->energy_j <= most_j) return;
         part *= 0.5f;
     }
-    go_back(of, state, count, from, (const float(*)[3])way_m);
+    go_back(of, state, count, from);
     all->energy_j = stored_j;
 }
 

@@ -59,7 +59,7 @@ static void add_product(const struct system* in, uint32_t i, uint32_t j, const f
         }
 }
 
-/* Rows of the points that are new, or have moved. */
+/* Own blocks of the points that are new, or have moved. */
 static void assemble(const struct haptable_points_model* of, void* state) {
     const struct system in = system_of(of, state);
     const struct haptable_servo* servo = haptable_points_servos(of, state);
@@ -70,16 +70,43 @@ static void assemble(const struct haptable_points_model* of, void* state) {
         of->pair->law->own(of->pair->model, &at->at, servo[i].finger_m, &at->own);
         haptable_pair_place_of(of->pair->law, &at->at, &at->place);
         put_own(&in, i, at->own.a);
+        at->is_known = 1;
+        at->coupled = 0;
+        for (uint32_t j = 0; j < of->count; ++j) point[j].coupled &= ~(1u << i);
     }
+}
+
+/* What couples the points of T to all others. Two that are out of T need no block. */
+static void couple(const struct haptable_points_model* of, void* state) {
+    const struct system in = system_of(of, state);
+    struct haptable_point* point = haptable_points_in(of, state);
     for (uint32_t j = 1; j < of->count; ++j)
         for (uint32_t i = 0; i < j && point[j].is_inside; ++i) {
             float x[9];
-            if (!point[i].is_inside || (point[i].is_known && point[j].is_known)) continue;
+            if (!point[i].is_inside || !(point[i].presses || point[j].presses)) continue;
+            if (point[j].coupled >> i & 1u) continue;
             of->couple(of->pair, &point[i].place, &point[j].place, x);
             put_cross(&in, i, j, x);
+            point[j].coupled |= 1u << i;
         }
-    for (uint32_t i = 0; i < of->count; ++i) point[i].is_known = point[i].is_inside;
 }
+
+/* Above the diagonal and on it, row by row, behind the system. */
+static void copy_upper(const struct haptable_points_model* of, void* state, int is_back) {
+    const struct system in = system_of(of, state);
+    float* kept = in.inverse + in.width;
+    for (uint32_t r = 0; r < in.width; ++r)
+        for (uint32_t c = r; c < in.width; ++c, ++kept) {
+            if (is_back)
+                *entry(&in, r, c) = *kept;
+            else
+                *kept = *entry(&in, r, c);
+        }
+}
+
+void haptable_points_keep(const struct haptable_points_model* of, void* state) { copy_upper(of, state, 0); }
+
+void haptable_points_take_back(const struct haptable_points_model* of, void* state) { copy_upper(of, state, 1); }
 
 void haptable_points_lowered(const struct haptable_points_model* of, void* state, uint32_t i, float lowered_m[3]) {
     const struct system in = system_of(of, state);
@@ -195,6 +222,7 @@ static void put_loads(const struct haptable_points_model* of, void* state) {
     struct haptable_point* point = haptable_points_in(of, state);
     const struct haptable_points* all = haptable_points_of(of, state);
     float x[3 * HAPTABLE_POINTS];
+    couple(of, state);
     haptable_points_factor(of, state);
     for (uint32_t a = 0; a < all->count; ++a) dent_of(of, state, all->order[a], &x[3u * a]);
     solve(&in, 3u * all->count, x);
@@ -310,6 +338,7 @@ int haptable_points_solve(const struct haptable_points_model* of, void* state, i
     const struct haptable_points* all = haptable_points_of(of, state);
     int goes_on = 1;
     assemble(of, state);
+    couple(of, state);
     put_raised(of, state);
     for (int set = 0; goes_on && set < most_sets; ++set) {
         put_loads(of, state);

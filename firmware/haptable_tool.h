@@ -82,7 +82,7 @@ struct haptable_tool_room {
     struct haptable_tool_state hand;
     struct haptable_servo servo[HAPTABLE_POINTS];
     struct haptable_point point[HAPTABLE_POINTS];
-    float system[HAPTABLE_POINTS_SYSTEM(HAPTABLE_POINTS)];
+    float system[HAPTABLE_POINTS_SETTLING_SYSTEM(HAPTABLE_POINTS)];
 };
 
 /* Writes the offsets of that layout. */

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <span>
 
@@ -23,11 +24,11 @@ constexpr std::size_t kScaleBytes = 4, kVectorBytes = 6, kCoreBytes = 9, kCluste
 /// The couplings of two clusters at the most.
 using Tile = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kRows, kRows>;
 
-constexpr double kBasisStep = 32767.0, kCoreSteps = 127.0, kTwice = 254.0;
+constexpr double kBasisStep = 32767.0, kCoreSteps = 127.0, kFineSteps = 32767.0;
 /// Where two places hardly differ, and in which E counts by so much more.
 constexpr double kLeastApart = 1.0 / 128.0;
-constexpr std::size_t kForms = kMostRank + 3;  // ranks from 0, dense, twice
-constexpr std::size_t kDense = kMostRank + 1, kTwiceDense = kMostRank + 2;
+constexpr std::size_t kForms = kMostRank + 3;  // ranks from 0, dense, fine
+constexpr std::size_t kDense = kMostRank + 1, kFine = kMostRank + 2;
 
 std::size_t longest_axis(const PlaceMatrix& a, std::span<const std::size_t> part) {
     Vector3d low = a.position_m[part[0]], high = low;
@@ -74,14 +75,16 @@ struct Cluster {
     std::vector<std::size_t> place;
     std::vector<Own> own;
     Tile basis;            // orthonormal columns
+    Tile whitened;         // the same, each place's rows by its own whiten
     VectorXd column_size;  // which cores are divided by, 1 at the most
 };
 
 /// All forms of a pair of clusters: what each is off, and its numbers.
 struct Forms {
     std::array<float, kForms> error{};
-    std::vector<std::int8_t> core, dense, twice;  // [r r], [.,8,9], [.,8,18]
-    double core_step = 1.0, dense_step = 1.0;
+    std::vector<std::int8_t> core, dense;           // [r r], [.,8,9]
+    std::vector<std::array<std::int16_t, 9>> fine;  // [.,8]
+    double core_step = 1.0, dense_step = 1.0, fine_step = 1.0;
     Eigen::Index rank = 0;  // of core
 };
 
@@ -171,78 +174,96 @@ private:
             cluster.column_size[r] = std::pow(std::max(eigen.values[from] / most, 1e-9), 0.25);
             cluster.basis.col(r) = eigen.vectors.col(from);
         }
+        cluster.whitened = cluster.basis;
+        for (std::size_t k = 0; k < cluster.place.size(); ++k) {
+            auto rows = cluster.whitened.middleRows<3>(3 * static_cast<Eigen::Index>(k));
+            rows = (cluster.own[k].whiten * rows).eval();
+        }
     }
 
     Forms forms(std::size_t i, std::size_t j, const Tile& a) const {
         Forms to;
-        const MatrixXd limit = limits(cluster_[i], cluster_[j], a);
+        const Tile whitened = whiten(cluster_[i], cluster_[j], a);
+        const MatrixXd limit = limits(cluster_[i], cluster_[j], whitened);
         keep_dense(cluster_[i], cluster_[j], a, limit, to);
         if (i == j)
             std::fill_n(to.error.begin(), kMostRank + 1, HUGE_VALF);
         else
-            keep_core(cluster_[i], cluster_[j], a, limit, to);
+            keep_core(cluster_[i], cluster_[j], a, whitened, limit, to);
         return to;
     }
 
     /// What an error of each block is measured by.
-    MatrixXd limits(const Cluster& one, const Cluster& two, const Tile& a) const {
+    MatrixXd limits(const Cluster& one, const Cluster& two, const Tile& whitened) const {
         MatrixXd to(one.place.size(), two.place.size());
         for (Eigen::Index k = 0; k < to.rows(); ++k)
             for (Eigen::Index l = 0; l < to.cols(); ++l) {
                 const auto [low, high] =
                     std::minmax(one.place[static_cast<std::size_t>(k)], two.place[static_cast<std::size_t>(l)]);
-                to(k, l) = a_.alike.contains({low, high})
-                               ? kLeastApart
-                               : std::max(kLeastApart, 1.0 - whitened(one, two, a, k, l).norm() / std::sqrt(3.0));
+                to(k, l) =
+                    a_.alike.contains({low, high})
+                        ? kLeastApart
+                        : std::max(kLeastApart, 1.0 - whitened.block<3, 3>(3 * k, 3 * l).norm() / std::sqrt(3.0));
             }
         return to;
     }
 
-    static Matrix3d whitened(const Cluster& one, const Cluster& two, const Tile& e, Eigen::Index k, Eigen::Index l) {
-        return one.own[static_cast<std::size_t>(k)].whiten * e.block<3, 3>(3 * k, 3 * l) *
-               two.own[static_cast<std::size_t>(l)].whiten;
+    /// A_ii^-1/2 E_ij A_jj^-1/2 of each block.
+    static Tile whiten(const Cluster& one, const Cluster& two, const Tile& e) {
+        Tile to(e.rows(), e.cols());
+        for (std::size_t k = 0; k < one.place.size(); ++k)
+            for (std::size_t l = 0; l < two.place.size(); ++l) {
+                const auto row = 3 * static_cast<Eigen::Index>(k), column = 3 * static_cast<Eigen::Index>(l);
+                to.block<3, 3>(row, column).noalias() =
+                    one.own[k].whiten * Matrix3d(e.block<3, 3>(row, column) * two.own[l].whiten);
+            }
+        return to;
     }
 
-    static float worst(const Cluster& one, const Cluster& two, const Tile& e, const MatrixXd& limit) {
-        double most = 0.0;
+    static float worst(const Tile& whitened, const MatrixXd& limit) {
+        double most2 = 0.0;
         for (Eigen::Index k = 0; k < limit.rows(); ++k)
             for (Eigen::Index l = 0; l < limit.cols(); ++l)
-                most = std::max(most, whitened(one, two, e, k, l).norm() / limit(k, l));
-        return static_cast<float>(most);
+                most2 = std::max(most2, whitened.block<3, 3>(3 * k, 3 * l).squaredNorm() / (limit(k, l) * limit(k, l)));
+        return static_cast<float>(std::sqrt(most2));
     }
 
     static double step_of(double largest, double steps) {
         return largest > 0.0 ? static_cast<double>(static_cast<float>(largest / steps)) : 1.0;
     }
-    static std::int8_t in_steps(double value, double step) {
-        return static_cast<std::int8_t>(std::clamp(std::lround(value / step), -127L, 127L));
+    template <typename Step>
+    static Step in_steps(double value, double step) {
+        constexpr long kMost = std::numeric_limits<Step>::max();
+        return static_cast<Step>(std::clamp(std::lround(value / step), -kMost, kMost));
     }
 
     static void keep_dense(const Cluster& one, const Cluster& two, const Tile& a, const MatrixXd& limit, Forms& to) {
-        const Eigen::Index rows = limit.rows();
-        to.dense_step = step_of(a.cwiseAbs().maxCoeff(), kCoreSteps);
-        to.dense.assign(static_cast<std::size_t>(rows) * kClusterPlaces * 9, 0);
-        to.twice.assign(2 * to.dense.size(), 0);
-        Tile e = a, e_twice = a;
-        for (Eigen::Index k = 0; k < rows; ++k)
+        const double largest = a.cwiseAbs().maxCoeff();
+        const auto blocks = static_cast<std::size_t>(limit.rows()) * kClusterPlaces;
+        to.dense_step = step_of(largest, kCoreSteps);
+        to.fine_step = step_of(largest, kFineSteps);
+        to.dense.assign(9 * blocks, 0);
+        to.fine.assign(blocks, {});
+        Tile e = a, e_fine = a;
+        for (Eigen::Index k = 0; k < limit.rows(); ++k)
             for (Eigen::Index l = 0; l < limit.cols(); ++l)
                 for (Eigen::Index c = 0; c < 9; ++c) {
                     const auto at = static_cast<std::size_t>(k) * kClusterPlaces + static_cast<std::size_t>(l);
-                    double& left = e(3 * k + c / 3, 3 * l + c % 3);
-                    const std::int8_t first = in_steps(left, to.dense_step);
-                    left -= first * to.dense_step;
-                    const std::int8_t second = in_steps(left, to.dense_step / kTwice);
-                    e_twice(3 * k + c / 3, 3 * l + c % 3) = left - second * to.dense_step / kTwice;
-                    to.dense[9 * at + static_cast<std::size_t>(c)] = first;
-                    to.twice[18 * at + static_cast<std::size_t>(c)] = first;
-                    to.twice[18 * at + 9 + static_cast<std::size_t>(c)] = second;
+                    const Eigen::Index row = 3 * k + c / 3, column = 3 * l + c % 3;
+                    std::int8_t& dense = to.dense[9 * at + static_cast<std::size_t>(c)];
+                    std::int16_t& fine = to.fine[at][static_cast<std::size_t>(c)];
+                    dense = in_steps<std::int8_t>(a(row, column), to.dense_step);
+                    fine = in_steps<std::int16_t>(a(row, column), to.fine_step);
+                    e(row, column) -= dense * to.dense_step;
+                    e_fine(row, column) -= fine * to.fine_step;
                 }
-        to.error[kDense] = worst(one, two, e, limit);
-        to.error[kTwiceDense] = worst(one, two, e_twice, limit);
+        to.error[kDense] = worst(whiten(one, two, e), limit);
+        to.error[kFine] = worst(whiten(one, two, e_fine), limit);
     }
 
     /// Cores of all ranks: each is the first rows and columns of the largest.
-    static void keep_core(const Cluster& one, const Cluster& two, const Tile& a, const MatrixXd& limit, Forms& to) {
+    static void keep_core(const Cluster& one, const Cluster& two, const Tile& a, const Tile& whitened,
+                          const MatrixXd& limit, Forms& to) {
         to.rank = std::min(one.basis.cols(), two.basis.cols());
         MatrixXd core = one.basis.leftCols(to.rank).transpose() * a * two.basis.leftCols(to.rank);
         core = one.column_size.head(to.rank).cwiseInverse().asDiagonal() * core *
@@ -253,21 +274,21 @@ private:
         for (Eigen::Index p = 0; p < to.rank; ++p)
             for (Eigen::Index q = 0; q < to.rank; ++q)
                 to.core[static_cast<std::size_t>(p) * r + static_cast<std::size_t>(q)] =
-                    in_steps(core(p, q), to.core_step);
+                    in_steps<std::int8_t>(core(p, q), to.core_step);
         const auto kept = [&](Eigen::Index p, Eigen::Index q) {
             return to.core[static_cast<std::size_t>(p) * r + static_cast<std::size_t>(q)] * to.core_step *
                    one.column_size[p] * two.column_size[q];
         };
-        Tile e = a;
+        Tile e = whitened;
         std::fill_n(to.error.begin(), kMostRank + 1, HUGE_VALF);
-        to.error[0] = worst(one, two, e, limit);
+        to.error[0] = worst(e, limit);
         for (Eigen::Index p = 0; p < to.rank; ++p) {
             VectorXd row = VectorXd::Zero(e.cols()), column = VectorXd::Zero(e.rows());
-            for (Eigen::Index q = 0; q <= p; ++q) row += kept(p, q) * two.basis.col(q);
-            for (Eigen::Index q = 0; q < p; ++q) column += kept(q, p) * one.basis.col(q);
-            e.noalias() -= one.basis.col(p) * row.transpose();
-            e.noalias() -= column * two.basis.col(p).transpose();
-            to.error[static_cast<std::size_t>(p) + 1] = worst(one, two, e, limit);
+            for (Eigen::Index q = 0; q <= p; ++q) row += kept(p, q) * two.whitened.col(q);
+            for (Eigen::Index q = 0; q < p; ++q) column += kept(q, p) * one.whitened.col(q);
+            e.noalias() -= one.whitened.col(p) * row.transpose();
+            e.noalias() -= column * two.whitened.col(p).transpose();
+            to.error[static_cast<std::size_t>(p) + 1] = worst(e, limit);
         }
     }
 
@@ -280,7 +301,7 @@ private:
 /// What a form takes, the pair's second cluster being whole: its core.
 std::size_t form_bytes(std::size_t form, std::size_t rows) {
     if (form <= kMostRank) return form * form;
-    return (form == kTwiceDense ? 18 : 9) * kClusterPlaces * rows;
+    return (form == kFine ? 18 : 9) * kClusterPlaces * rows;
 }
 
 /// The forms' errors of each pair of clusters, and how many places the first has.
@@ -291,7 +312,7 @@ struct Choice {
 
     /// The smallest form that is not more than `most` off, or the most precise one.
     std::size_t of(std::size_t pair, double most) const {
-        std::size_t best = kTwiceDense;
+        std::size_t best = kFine;
         for (std::size_t form = 0; form < kForms; ++form)
             if ((form <= most_rank || form > kMostRank) && error[pair][form] <= most &&
                 form_bytes(form, rows[pair]) < form_bytes(best, rows[pair]))
@@ -314,8 +335,8 @@ struct Choice {
 };
 
 /// The least bound that fits.
-double bound_that_fits(const Choice& choice, std::size_t bytes) {
-    double low = std::log(1e-7), high = std::log(kMostClusterBound);
+double bound_that_fits(const Choice& choice, std::size_t bytes, double most) {
+    double low = std::log(1e-7), high = std::log(most);
     for (int i = 0; i < 30; ++i) {
         const double middle = 0.5 * (low + high);
         (choice.bytes(std::exp(middle)) <= bytes ? high : low) = middle;
@@ -340,10 +361,13 @@ void add_basis(const std::vector<Cluster>& clusters, PairClusters& to) {
 
 void add_core(const Forms& forms, std::size_t form, PairClusters& to) {
     if (form > kMostRank) {
-        const auto& from = form == kDense ? forms.dense : forms.twice;
-        to.form.push_back(form == kDense ? kDenseForm : kTwiceForm);
-        to.step.push_back(static_cast<float>(forms.dense_step));
-        to.core.insert(to.core.end(), from.begin(), from.end());
+        const bool is_fine = form == kFine;
+        to.form.push_back(is_fine ? kFineForm : kDenseForm);
+        to.step.push_back(static_cast<float>(is_fine ? forms.fine_step : forms.dense_step));
+        if (is_fine)
+            to.fine.insert(to.fine.end(), forms.fine.begin(), forms.fine.end());
+        else
+            to.core.insert(to.core.end(), forms.dense.begin(), forms.dense.end());
         return;
     }
     to.form.push_back(static_cast<std::uint8_t>(form));
@@ -355,8 +379,8 @@ void add_core(const Forms& forms, std::size_t form, PairClusters& to) {
 
 }  // namespace
 
-PairClusters cluster_pairs(const PlaceMatrix& a, std::size_t most_bytes, std::vector<std::size_t>& order,
-                           std::size_t& least_bytes, Progress& progress) {
+PairClusters cluster_pairs(const PlaceMatrix& a, std::size_t most_bytes, double most_bound,
+                           std::vector<std::size_t>& order, std::size_t& least_bytes, Progress& progress) {
     Clusters clusters(a, order, progress);
     Choice choice;
     clusters.each(0.2, 0.6, [&](std::size_t i, std::size_t, const Forms& forms) {
@@ -364,18 +388,18 @@ PairClusters cluster_pairs(const PlaceMatrix& a, std::size_t most_bytes, std::ve
         choice.rows.push_back(clusters.all()[i].place.size());
     });
     choice.places = order.size();
-    least_bytes = choice.bytes(kMostClusterBound);
+    least_bytes = choice.bytes(most_bound);
     PairClusters to;
     if (least_bytes > most_bytes) return to;
-    double bound = bound_that_fits(choice, most_bytes);
+    double bound = bound_that_fits(choice, most_bytes, most_bound);
     choice.most_rank = choice.rank(bound);  // vectors that no core asks for are bytes for cores
-    bound = bound_that_fits(choice, most_bytes);
+    bound = bound_that_fits(choice, most_bytes, most_bound);
     to.rank = choice.rank(bound);
     add_basis(clusters.all(), to);
     std::size_t pair = 0;
     clusters.each(0.6, 1.0,
                   [&](std::size_t, std::size_t, const Forms& forms) { add_core(forms, choice.of(pair++, bound), to); });
-    to.begin = core_begins(to.form, to.places());
+    to.begin = core_begins(to.form, to.places()).begin;
     return to;
 }
 
@@ -383,13 +407,12 @@ Matrix3d cluster_block(const PairClusters& clusters, std::size_t i, std::size_t 
     const std::size_t one = i / kClusterPlaces, two = j / kClusterPlaces;
     if (one < two) return cluster_block(clusters, j, i).transpose();
     const std::size_t pair = one * (one + 1) / 2 + two, form = clusters.form[pair];
-    const std::int8_t* core = clusters.core.data() + clusters.begin[pair];
+    const std::size_t begin = clusters.begin[pair], block = kClusterPlaces * (i % kClusterPlaces) + j % kClusterPlaces;
     Matrix3d sum = Matrix3d::Zero();
     if (form >= kDenseForm) {
-        const std::size_t width = form == kTwiceForm ? 18 : 9;
-        core += width * (kClusterPlaces * (i % kClusterPlaces) + j % kClusterPlaces);
-        for (Eigen::Index c = 0; c < 9; ++c)
-            sum(c / 3, c % 3) = core[c] + (form == kTwiceForm ? core[9 + c] / kTwice : 0.0);
+        for (std::size_t c = 0; c < 9; ++c)
+            sum(static_cast<Eigen::Index>(c / 3), static_cast<Eigen::Index>(c % 3)) =
+                form == kFineForm ? clusters.fine[begin + block][c] : clusters.core[begin + 9 * block + c];
     } else {
         const auto vector = [&](std::size_t place, std::size_t r) {
             const auto& u = clusters.basis[place * clusters.rank + r];
@@ -397,7 +420,7 @@ Matrix3d cluster_block(const PairClusters& clusters, std::size_t i, std::size_t 
         };
         for (std::size_t p = 0; p < form; ++p) {
             Vector3d along = Vector3d::Zero();
-            for (std::size_t q = 0; q < form; ++q) along += core[p * form + q] * vector(j, q);
+            for (std::size_t q = 0; q < form; ++q) along += clusters.core[begin + p * form + q] * vector(j, q);
             sum += vector(i, p) * along.transpose();
         }
     }

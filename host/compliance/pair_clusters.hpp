@@ -25,11 +25,10 @@ struct PlaceMatrix {
 /// others of A_IJ A_IJ^T over its trace; a core is U_I^T A_IJ U_J in 8 bits. Of every pair of clusters all forms are
 /// tried, and each gets the smallest that stays below the one bound that just fits. Bounded is
 /// |A_ii^-1/2 E_ij A_jj^-1/2|_F over max(1/128, 1 - c_ij), c_ij that of A_ij over sqrt(3): where two
-/// places hardly differ, as those that are alike, a force has more of an error. Without places where even a bound of
-/// kMostClusterBound does not fit; `least_bytes` do for that.
-PairClusters cluster_pairs(const PlaceMatrix& a, std::size_t most_bytes, std::vector<std::size_t>& order,
-                           std::size_t& least_bytes, Progress& progress);
-constexpr double kMostClusterBound = 0.25;
+/// places hardly differ, as those that are alike, a force has more of an error. Without places where even `most_bound`
+/// does not fit; `least_bytes` do for that.
+PairClusters cluster_pairs(const PlaceMatrix& a, std::size_t most_bytes, double most_bound,
+                           std::vector<std::size_t>& order, std::size_t& least_bytes, Progress& progress);
 
 /// A_ij, i and j being its places.
 Eigen::Matrix3d cluster_block(const PairClusters& clusters, std::size_t i, std::size_t j);

@@ -28,6 +28,10 @@ using Block = std::array<double, 9>;
 
 constexpr std::size_t kBlockBytes = 36, kLoadBytes = 14, kBeginBytes = 4, kPlaceBytes = 2;
 constexpr double kShareSteps = 32767.0;
+/// Of what is in clusters (cluster_pairs). Controls of masks are only tried where each two of their clusters have so
+/// many bytes: with fewer they never reach theirs.
+constexpr double kMostBound = 0.25, kMostControlBound = 0.01;
+constexpr std::size_t kControlBytes = 80;
 
 Block rows_of(const Matrix3d& m) {
     return {m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1), m(2, 2)};
@@ -167,29 +171,45 @@ std::vector<std::int32_t> inverse_of(const std::vector<std::size_t>& order) {
     return place;
 }
 
-/// Clusters of what is loaded: the controls' nodes; where a patch of masks loads more of them than the servo has room
-/// for, the controls themselves.
+/// Clusters of these places, within so many bytes with `besides`; `least` do for the bound. Exact where they do not
+/// fit.
+PairTables clustered(const PlaceMatrix& a, std::uintmax_t most_bytes, std::size_t besides, double most_bound,
+                     std::vector<std::int32_t>& place, std::size_t& least, Progress& progress) {
+    std::vector<std::size_t> order;
+    PairTables tables;
+    tables.clusters =
+        cluster_pairs(a, most_bytes > besides ? most_bytes - besides : 0, most_bound, order, least, progress);
+    place = inverse_of(order);
+    least += besides;
+    return tables;
+}
+
+/// Clusters of what is loaded: the controls' nodes. Of masks the controls themselves, where these fit, for a tick then
+/// takes half of the time; or where a patch loads more nodes than the servo has room for.
 PairTables in_clusters(const PairControls& controls, const MatrixXd& l, std::uintmax_t most_bytes,
                        const ContactOptions& contact, Progress& progress) {
     const Loads loads = controls.is_mask ? loads_of(controls) : Loads{};
-    const bool is_loaded = controls.is_mask && most_loaded(loads) <= kMostLoaded;
-    const PlaceMatrix a = controls.is_mask && !is_loaded
-                              ? control_matrix(controls, l)
-                              : node_matrix(controls, l, contact.force == ForceLaw::kInterpolated);
-    const std::size_t besides = is_loaded ? load_bytes(loads) : kPlaceBytes * controls.weights.size();
-    std::vector<std::size_t> order;
+    const std::size_t n = controls.weights.size();
+    const bool has_room = most_loaded(loads) <= kMostLoaded;
+    std::vector<std::int32_t> place;
     PairTables tables;
     std::size_t least = 0;
-    tables.clusters = cluster_pairs(a, most_bytes > besides ? most_bytes - besides : 0, order, least, progress);
+    if (controls.is_mask && (!has_room || most_bytes >= kControlBytes * core_count(n)))
+        tables = clustered(control_matrix(controls, l), most_bytes, kPlaceBytes * n,
+                           has_room ? kMostControlBound : kMostBound, place, least, progress);
+    const bool is_loaded = controls.is_mask && has_room && tables.is_exact();
+    if (is_loaded || !controls.is_mask)
+        tables = clustered(node_matrix(controls, l, contact.force == ForceLaw::kInterpolated), most_bytes,
+                           is_loaded ? load_bytes(loads) : kPlaceBytes * n, kMostBound, place, least, progress);
     if (tables.is_exact())
         throw Error(
             fmt::format("tables.coupling_bytes = {} is too little for the coupling of {} places: give {} or "
                         "more, or touch a smaller region",
-                        most_bytes, a.position_m.size(), least + besides));
+                        most_bytes, place.size(), least));
     if (is_loaded)
-        add_loads(loads, inverse_of(order), tables.clusters);
+        add_loads(loads, place, tables.clusters);
     else
-        tables.clusters.place = inverse_of(order);
+        tables.clusters.place = place;
     return tables;
 }
 

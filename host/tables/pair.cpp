@@ -76,8 +76,10 @@ void read_forms(const TablesFolder& folder, PairClusters& to) {
     for (const std::uint8_t form : to.form)
         if (form < kDenseForm && form > to.rank) fail(folder, "coupling_form.npy");
     to.step = read_all<float>(folder, "coupling_step.npy", cores);
-    to.begin = core_begins(to.form, to.places());
+    CoreBegins begins = core_begins(to.form, to.places());
+    to.begin = std::move(begins.begin);
     to.core = read_all<std::int8_t>(folder, "coupling_core.npy", to.begin.back());
+    to.fine = read_rows<9, std::int16_t>(folder, "coupling_fine.npy", begins.fine);
 }
 
 PairClusters read_clusters(const TablesFolder& folder, std::size_t controls, std::size_t places, std::size_t rank,
@@ -126,25 +128,29 @@ void require_definite(const TablesFolder& folder, const std::vector<std::array<d
 
 }  // namespace
 
-std::vector<std::uint32_t> core_begins(const std::vector<std::uint8_t>& form, std::size_t places) {
-    std::vector<std::uint32_t> begin{0};
-    for (std::size_t i = 0, core = 0; i < cluster_count(places); ++i)
-        for (std::size_t j = 0; j <= i; ++j, ++core) {
-            const std::size_t rows = std::min<std::size_t>(kClusterPlaces, places - kClusterPlaces * i);
-            const std::size_t dense = 9 * kClusterPlaces * rows;
-            const std::size_t bytes = form[core] == kTwiceForm   ? 2 * dense
-                                      : form[core] == kDenseForm ? dense
-                                                                 : std::size_t{form[core]} * form[core];
-            begin.push_back(begin.back() + static_cast<std::uint32_t>(bytes));
+CoreBegins core_begins(const std::vector<std::uint8_t>& form, std::size_t places) {
+    CoreBegins to;
+    std::size_t core = 0;
+    for (std::size_t i = 0, pair = 0; i < cluster_count(places); ++i)
+        for (std::size_t j = 0; j <= i; ++j, ++pair) {
+            const std::size_t blocks =
+                kClusterPlaces * std::min<std::size_t>(kClusterPlaces, places - kClusterPlaces * i);
+            std::size_t& next = form[pair] == kFineForm ? to.fine : core;
+            to.begin.push_back(static_cast<std::uint32_t>(next));
+            next += form[pair] == kFineForm    ? blocks
+                    : form[pair] == kDenseForm ? 9 * blocks
+                                               : std::size_t{form[pair]} * form[pair];
         }
-    return begin;
+    to.begin.push_back(static_cast<std::uint32_t>(core));
+    return to;
 }
 
 std::size_t pair_bytes(const PairTables& tables) {
     if (tables.is_exact()) return 36 * tables.block.size();
     const PairClusters& c = tables.clusters;
     return 4 * c.scale.size() + 6 * c.basis.size() + 4 * c.step.size() + c.form.size() + c.core.size() +
-           4 * c.begin.size() + 2 * c.place.size() + 4 * c.load_begin.size() + 14 * c.load_place.size();
+           18 * c.fine.size() + 4 * c.begin.size() + 2 * c.place.size() + 4 * c.load_begin.size() +
+           14 * c.load_place.size();
 }
 
 void write_pair(const PairTables& tables, const fs::path& folder) {
@@ -155,6 +161,7 @@ void write_pair(const PairTables& tables, const fs::path& folder) {
     write_all(folder / "coupling_step.npy", c.step);
     write_all(folder / "coupling_form.npy", c.form);
     write_all(folder / "coupling_core.npy", c.core);
+    write_rows(folder / "coupling_fine.npy", {c.fine.size(), 9}, c.fine);
     if (c.load_begin.empty()) return write_all(folder / "coupling_place.npy", c.place);
     write_all(folder / "coupling_load_begin.npy", c.load_begin);
     write_all(folder / "coupling_load_place.npy", c.load_place);

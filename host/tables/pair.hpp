@@ -15,7 +15,7 @@ namespace haptable {
 /// The servo's numbers (haptable_pair.h): places of a cluster, the most vectors of a basis, the most places that a
 /// patch loads; forms of a core beside its rank.
 constexpr std::size_t kClusterPlaces = 8, kMostRank = 12, kMostLoaded = 48;
-constexpr std::uint8_t kDenseForm = 254, kTwiceForm = 255;
+constexpr std::uint8_t kDenseForm = 254, kFineForm = 255;
 
 /// Clusters of m places; pairs of clusters I >= J.
 constexpr std::size_t cluster_count(std::size_t places) { return (places + kClusterPlaces - 1) / kClusterPlaces; }
@@ -28,9 +28,10 @@ struct PairClusters {
     std::vector<float> scale;                        ///< [m]
     std::vector<std::array<std::int16_t, 3>> basis;  ///< [m r], in 1/32767
     std::vector<float> step;                         ///< [c]
-    std::vector<std::uint8_t> form;                  ///< [c]: rank of the core, kDenseForm or kTwiceForm
+    std::vector<std::uint8_t> form;                  ///< [c]: rank of the core, kDenseForm or kFineForm
     std::vector<std::int8_t> core;
-    std::vector<std::uint32_t> begin;  ///< [c + 1]: where in `core` each begins: core_begins
+    std::vector<std::array<std::int16_t, 9>> fine;  ///< blocks of the cores of kFineForm
+    std::vector<std::uint32_t> begin;  ///< [c + 1]: where in `core` each begins, or in `fine`; the last: all of `core`
 
     /// Either which place each control is [n], or what each patch loads: places, and of each the share of every control
     /// in 1/32767.
@@ -42,8 +43,12 @@ struct PairClusters {
     std::size_t places() const { return scale.size(); }
 };
 
-/// [c + 1]: where the cores of these forms begin, over m places.
-std::vector<std::uint32_t> core_begins(const std::vector<std::uint8_t>& form, std::size_t places);
+/// Where the cores of these forms begin over m places, and how many numbers and fine blocks they are.
+struct CoreBegins {
+    std::vector<std::uint32_t> begin;  ///< [c + 1]
+    std::size_t fine = 0;
+};
+CoreBegins core_begins(const std::vector<std::uint8_t>& form, std::size_t places);
 
 /// C_kl = w_k^T L w_l of controls k, l, m/N. The controls are the servo's vertices that are free; under a mask all its
 /// vertices (free ones first), then the edges of edge_id.npy, each with its own weights w. n controls.

@@ -12,6 +12,7 @@
 #include "codegen/in_memory.hpp"
 #include "codegen/pair.hpp"
 #include "firmware/haptable_bounds.h"
+#include "firmware/haptable_points.h"
 #include "host/base/file.hpp"
 #include "host/link/finger_path.hpp"
 #include "host/precompute/precompute.hpp"
@@ -546,6 +547,87 @@ TEST(Pair, MasksThatAreWideHaveTheirControlsInClusters) {
     EXPECT_LE(pair_bytes(few), 1'200'000U);
     const Errors errors = compare_forces(body, 20);
     EXPECT_LT(errors.worst, 1e-2);
+}
+
+/// Bytes into which the masks' controls of the cube fit in clusters, and bytes into which only their nodes do.
+constexpr std::uintmax_t kControlsFit = 1'000'000, kNodesFit = 90'000;
+
+/// Any place of the surface, and how much of its patch's controls is loaded there.
+haptable_pair_place any_place(const ElasticBody& body, int controls, std::mt19937& random) {
+    const Vector3d alpha = random_alpha(random);
+    haptable_pair_place place{};
+    place.patch = std::uint16_t(std::uniform_int_distribution<int>(0, body.patches() - 1)(random));
+    for (int c = 0; c < 3; ++c) {
+        place.weight[c] = float(controls == 3 ? alpha[c] : alpha[c] * alpha[c]);
+        if (controls > 3) place.weight[3 + c] = float(2.0 * alpha[(c + 1) % 3] * alpha[(c + 2) % 3]);
+    }
+    return place;
+}
+
+// A tool's points ask for sums over two patches' blocks, which are not written out one by one.
+TEST(Pair, CouplesTwoPlacesByTheSumOfTheirBlocks) {
+    constexpr std::pair<ForceLaw, std::uintmax_t> kForms[] = {{ForceLaw::kConsistent, kAllPairs},
+                                                              {ForceLaw::kConsistent, 50'000},
+                                                              {ForceLaw::kPressureMask, kAllPairs},
+                                                              {ForceLaw::kPressureMask, kNodesFit},
+                                                              {ForceLaw::kPressureMask, kControlsFit}};
+    for (const auto& [force, bytes] : kForms) {
+        const ElasticBody body(for_two(cube_scene(5, 0.3), bytes), force, 0.01);
+        Pair pair(body, GodObject::kNearest);
+        const haptable_pair_model& model = pair.model();
+        haptable_points_model points{};
+        haptable_points_model_make(&model, &points);
+        std::mt19937 random(11);
+        std::uniform_real_distribution<float> any(-1.0F, 1.0F);
+        const int n = model.law->controls;
+        double worst = 0.0;
+        for (int trial = 0; trial < 300; ++trial) {
+            const haptable_pair_place a = any_place(body, n, random);
+            const haptable_pair_place b = any_place(body, n, random);
+            std::array<std::array<float, 9>, 36> block{};
+            model.blocks(&model, a.patch, b.patch, reinterpret_cast<float(*)[9]>(block.data()));
+            const float v[3] = {any(random), any(random), any(random)}, w[3] = {any(random), any(random), any(random)};
+            Matrix3d sum = Matrix3d::Zero();
+            Vector6d q = Vector6d::Zero(), r = Vector6d::Zero();
+            double size = 0.0;
+            for (int k = 0; k < n; ++k)
+                for (int l = 0; l < n; ++l) {
+                    const auto at = std::size_t(k) * std::size_t(n) + std::size_t(l);
+                    const Matrix3d c =
+                        Eigen::Map<const Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>(block[at].data()).cast<double>();
+                    const double along = to_vector(v).dot(c * to_vector(w));
+                    sum += double(a.weight[k]) * double(b.weight[l]) * c;
+                    q[k] += double(b.weight[l]) * along;
+                    r[l] += double(a.weight[k]) * along;
+                    size = std::max(size, c.cwiseAbs().maxCoeff());
+                }
+            float x[9], q_of[6] = {0.0F}, r_of[6] = {0.0F};
+            points.couple(&model, &a, &b, x);
+            points.pull(&model, &a, &b, v, w, q_of, r_of);
+            for (int e = 0; e < 9; ++e) worst = std::max(worst, std::abs(double(x[e]) - sum(e / 3, e % 3)) / size);
+            for (int k = 0; k < n; ++k)
+                worst =
+                    std::max({worst, std::abs(double(q_of[k]) - q[k]) / size, std::abs(double(r_of[k]) - r[k]) / size});
+        }
+        // Sums of up to 48 x 48 terms, each of some roundings, in other orders.
+        EXPECT_LT(worst, 200 * kFloat) << force << " " << bytes;
+        EXPECT_EQ(model.load_count > 0, bytes == kNodesFit);
+        EXPECT_EQ(model.place_count > 0, bytes != kAllPairs);
+    }
+}
+
+// Of masks a tick reads fewer blocks where the controls themselves are coupled: where that is within a hundredth.
+TEST(Pair, MasksHaveTheirControlsInClustersWhereTheseFit) {
+    const ElasticBody body(for_two(cube_scene(5, 0.3), kControlsFit), ForceLaw::kPressureMask, 0.01);
+    const PairTables tables = body.pair();
+    ASSERT_FALSE(tables.is_exact());
+    EXPECT_EQ(tables.clusters.places(), tables.control_count);
+    EXPECT_LE(pair_bytes(tables), kControlsFit);
+    const Errors errors = compare_forces(body, random_pairs(300));
+    EXPECT_GT(errors.worst, 1e-5);
+    EXPECT_LT(errors.worst, 1e-2);
+    const ElasticBody fewer(for_two(cube_scene(5, 0.3), kNodesFit), ForceLaw::kPressureMask, 0.01);
+    EXPECT_LT(fewer.pair().clusters.places(), fewer.pair().control_count);
 }
 
 int blocks_read = 0;

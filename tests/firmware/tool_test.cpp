@@ -152,6 +152,36 @@ TEST(Tool, LoadsAreThoseOfDirectSolvesOfAllPointsThatPress) {
     }
 }
 
+// C is kept from tick to tick, and only what couples a point that presses is written: whatever the points did on their
+// way, steps that were taken back and points that friction holds among it, their loads are those of where they are.
+TEST(Tool, LoadsStayThoseOfDirectSolvesOnTheWay) {
+    for (const ForceLaw force : kCompliances)
+        for (const double friction : {0.0, 0.3}) {
+            Tool tool(coupled_cube(force), grid(3, 0.006),
+                      {.god_object = GodObject::kLeastEnergy, .friction = friction});
+            std::mt19937 random(5);
+            std::normal_distribution<double> any;
+            Vector3d p(0.015, 0.015, 0.030), way = Vector3d::Zero(), turn = Vector3d::Zero();
+            double worst = 0.0;
+            int pressed = 0, changed = 0;
+            std::size_t last = 0;
+            for (int tick = 0; tick < 4000; ++tick) {
+                way = 0.98 * way + 1e-5 * Vector3d(any(random), any(random), any(random));
+                p += way + 0.02 * (Vector3d(0.015, 0.015, 0.029) - p);
+                turn = 0.995 * turn + 0.008 * Vector3d(any(random), any(random), any(random));
+                tool.to(p, turn_by(turn));
+                const std::size_t in = tool.pressing();
+                if (in > 0) worst = std::max(worst, tool.off_direct_loads());
+                pressed += in > 1;
+                changed += in != last;
+                last = in;
+            }
+            EXPECT_LT(worst, 1e-5) << force << " " << friction;
+            EXPECT_GT(pressed, 1000) << force << " " << friction;
+            EXPECT_GT(changed, 100) << force << " " << friction;
+        }
+}
+
 struct ToolPose {
     Vector3d at;
     Quaterniond turn = kUpright;

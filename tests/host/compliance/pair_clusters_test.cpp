@@ -67,11 +67,13 @@ private:
     PlaceMatrix a_;
 };
 
+constexpr double kBound = 0.25;
+
 PairTables tables_of(const Sheet& sheet, std::size_t bytes, std::vector<std::size_t>& order) {
     Progress quiet(true);
     std::size_t least = 0;
     PairTables tables;
-    tables.clusters = cluster_pairs(sheet.matrix(), bytes, order, least, quiet);
+    tables.clusters = cluster_pairs(sheet.matrix(), bytes, kBound, order, least, quiet);
     tables.clusters.place.resize(sheet.size());
     for (std::size_t i = 0; i < order.size(); ++i) tables.clusters.place[order[i]] = std::int32_t(i);
     tables.control_count = sheet.size();
@@ -90,8 +92,8 @@ TEST(PairClusters, MoreBytesAreLessErrorAndNoneAreExceeded) {
         EXPECT_LT(worst, before) << bytes;
         before = worst;
     }
-    // Every pair in two bytes: what is left is below half a step of the largest, over 127 and 254, in nine entries.
-    EXPECT_LT(before, 3.0 * 0.5 / (127.0 * 254.0) * 2.0);
+    // Every pair in two bytes: what is left is below half a step of the largest, over 32767, in nine entries.
+    EXPECT_LT(before, 3.0 * 0.5 / 32767.0 * 2.0);
 }
 
 TEST(PairClusters, TheBoundOfBytesIsTight) {
@@ -99,13 +101,13 @@ TEST(PairClusters, TheBoundOfBytesIsTight) {
     Progress quiet(true);
     std::vector<std::size_t> order;
     std::size_t least = 0, again = 0;
-    EXPECT_EQ(cluster_pairs(sheet.matrix(), 100, order, least, quiet).places(), 0U);
-    EXPECT_EQ(cluster_pairs(sheet.matrix(), least - 1, order, again, quiet).places(), 0U);
+    EXPECT_EQ(cluster_pairs(sheet.matrix(), 100, kBound, order, least, quiet).places(), 0U);
+    EXPECT_EQ(cluster_pairs(sheet.matrix(), least - 1, kBound, order, again, quiet).places(), 0U);
     EXPECT_EQ(again, least);
-    const PairClusters fits = cluster_pairs(sheet.matrix(), least, order, again, quiet);
+    const PairClusters fits = cluster_pairs(sheet.matrix(), least, kBound, order, again, quiet);
     ASSERT_EQ(fits.places(), sheet.size());
     // The bound is of |A_ii^-1/2 E_ij A_jj^-1/2|_F, which is |E_ij|_F sqrt(3) / |A_ii|_F here.
-    EXPECT_LE(sheet.worst(fits, order) * std::sqrt(3.0), kMostClusterBound);
+    EXPECT_LE(sheet.worst(fits, order) * std::sqrt(3.0), kBound);
 }
 
 class PairFiles : public testing::Test {
@@ -148,6 +150,8 @@ TEST_F(PairFiles, HoldWhatWasWritten) {
     EXPECT_EQ(a.step, b.step);
     EXPECT_EQ(a.form, b.form);
     EXPECT_EQ(a.core, b.core);
+    EXPECT_GT(a.fine.size(), 0U);
+    EXPECT_EQ(a.fine, b.fine);
     EXPECT_EQ(a.begin, b.begin);
     EXPECT_EQ(a.place, b.place);
     EXPECT_EQ(pair_bytes(tables_), pair_bytes(read));
@@ -181,6 +185,7 @@ TEST_F(PairFiles, ThatDoNotFitAreRefused) {
     };
     expect_refused_with("coupling_place.npy", [](PairClusters& of) { of.place[7] = 100; });
     expect_refused_with("coupling_core.npy", [](PairClusters& of) { of.core.pop_back(); });
+    expect_refused_with("coupling_fine.npy", [](PairClusters& of) { of.fine.pop_back(); });
     expect_refused_with("coupling_form.npy",
                         [](PairClusters& of) { *std::find(of.form.begin(), of.form.end(), 0) = 13; });
     expect_refused_with("coupling_step.npy", [](PairClusters& of) { of.step.pop_back(); });

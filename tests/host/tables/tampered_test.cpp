@@ -250,14 +250,14 @@ TEST(TamperedClusters, OfACouplingThatPullAreRefused) {
     scene.tables.coupling_bytes = 60'000;
     Progress quiet(true);
     precompute(scene, folder, quiet);
-    ASSERT_TRUE(fs::exists(folder / "coupling_core.npy")) << "all pairs fit: give fewer bytes";
-    Array<std::int8_t> core = read_npy<std::int8_t>(folder / "coupling_core.npy");
-    for (std::int8_t& entry : core.values) entry = static_cast<std::int8_t>(-entry);
-    write_npy<std::int8_t>(folder / "coupling_core.npy", core.shape, core.values);
+    ASSERT_TRUE(fs::exists(folder / "coupling_fine.npy")) << "all pairs fit: give fewer bytes";
+    Array<std::int16_t> fine = read_npy<std::int16_t>(folder / "coupling_fine.npy");
+    for (std::int16_t& entry : fine.values) entry = static_cast<std::int16_t>(-entry);
+    write_npy<std::int16_t>(folder / "coupling_fine.npy", fine.shape, fine.values);
     const auto said = [&] { return error_of([&] { const LoadedScene scene_of{TablesFolder(folder)}; }); };
-    EXPECT_TRUE(says(said(), "coupling_core.npy: is not the file"));
+    EXPECT_TRUE(says(said(), "coupling_fine.npy: is not the file"));
     seal(folder);
-    EXPECT_TRUE(says(said(), "coupling_core.npy: couples a place of patch 0 with itself by a block"));
+    EXPECT_TRUE(says(said(), "coupling_fine.npy: couples a place of patch 0 with itself by a block"));
 }
 
 // Under one tables_hash the forces are the same: it is of every part.
