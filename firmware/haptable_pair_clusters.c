@@ -82,15 +82,17 @@ struct round {
     struct run run[RUNS];
 };
 
-/* v_j s_j by the weights of the controls. */
-static void scale_loads(const struct haptable_pair_model* tables, const struct loads* of, const float weight[],
-                        float v[]) {
+/* By the weights of the controls. */
+static void load(const struct haptable_pair_model* tables, const struct loads* of, const float weight[],
+                 struct loaded* to) {
     const int count = pair_count(tables->law);
+    const int is_own = of->place == of->own;
+    to->tables = tables;
+    to->of = of;
     for (int j = 0; j < of->count; ++j) {
-        const int is_own = of->place == of->own;
         float sum = is_own ? weight[of->control[j]] : 0.0f;
         for (int c = 0; c < count && !is_own; ++c) sum += weight[c] * share_of(of, j, c);
-        v[j] = sum * tables->scale[of->place[j]];
+        to->v[j] = sum * tables->scale[of->place[j]];
     }
 }
 
@@ -155,16 +157,10 @@ static inline void add_steps(const struct haptable_pair_model* tables, const str
 /* The sum of `by` times the steps of such a block. */
 static inline float pull_of(const struct haptable_pair_model* tables, const struct core* core, uint32_t k, uint32_t l,
                             const float by[9]) {
-    const uint32_t at = core->is_transposed ? HAPTABLE_PAIR_CLUSTER * l + k : HAPTABLE_PAIR_CLUSTER * k + l;
-    float sum[9]; /* apart, so that they need not wait for one another */
-    if (core->form == HAPTABLE_PAIR_FINE) {
-        const int16_t* steps = tables->fine[core->begin + at];
-        for (int a = 0; a < 9; ++a) sum[a] = by[a] * (float)steps[a];
-    } else {
-        const int8_t* steps = &tables->core[core->begin + 9u * at];
-        for (int a = 0; a < 9; ++a) sum[a] = by[a] * (float)steps[a];
-    }
-    return ((sum[0] + sum[1]) + (sum[2] + sum[3])) + ((sum[4] + sum[5]) + (sum[6] + sum[7])) + sum[8];
+    float x[9] = {0.0f};
+    add_steps(tables, core, k, l, 1.0f, x);
+    for (int a = 0; a < 9; ++a) x[a] *= by[a];
+    return ((x[0] + x[1]) + (x[2] + x[3])) + ((x[4] + x[5]) + (x[6] + x[7])) + x[8];
 }
 
 /* y_i += sum_j v_j s_j step core_ij of the places of a run. */
@@ -251,9 +247,7 @@ static void couple(const struct haptable_pair_model* tables, const struct loads*
     struct loaded from = {0, 0, {0.0f}};
     struct round round;
     int j = 0;
-    from.tables = tables;
-    from.of = of;
-    scale_loads(tables, of, weight, from.v);
+    load(tables, of, weight, &from);
     for (int k = 0; k < count; ++k)
         for (int a = 0; a < 9; ++a) x[k * next][a] = 0.0f;
     while (j < of->count) {
@@ -317,14 +311,6 @@ static void add_cores(const struct loaded* at, struct round* of, float x[9]) {
     }
 }
 
-static inline void load(const struct haptable_pair_model* tables, const struct haptable_pair_place* place,
-                        struct loads* loads, struct loaded* to) {
-    see_loads(tables, place->patch, loads);
-    to->tables = tables;
-    to->of = loads;
-    scale_loads(tables, loads, place->weight, to->v);
-}
-
 void haptable_pair_couple_clusters(const struct haptable_pair_model* tables, const struct haptable_pair_place* first,
                                    const struct haptable_pair_place* second, float x[9]) {
     struct loads loads[2];
@@ -332,8 +318,10 @@ void haptable_pair_couple_clusters(const struct haptable_pair_model* tables, con
     struct loaded of;
     struct round round;
     float sum[2][9] = {{0.0f}};
-    load(tables, first, &loads[0], &at);
-    load(tables, second, &loads[1], &of);
+    see_loads(tables, first->patch, &loads[0]);
+    see_loads(tables, second->patch, &loads[1]);
+    load(tables, &loads[0], first->weight, &at);
+    load(tables, &loads[1], second->weight, &of);
     if (add_blocks(&at, &of, sum))
         for (int j = 0; j < loads[1].count;) {
             j = find_runs(&of, j, &round);
@@ -405,8 +393,10 @@ void haptable_pair_pull_clusters(const struct haptable_pair_model* tables, const
     struct loaded of = {0, 0, {0.0f}};
     struct round round;
     float p[2][HAPTABLE_PAIR_PLACES] = {{0.0f}};
-    load(tables, first, &loads[0], &at);
-    load(tables, second, &loads[1], &of);
+    see_loads(tables, first->patch, &loads[0]);
+    see_loads(tables, second->patch, &loads[1]);
+    load(tables, &loads[0], first->weight, &at);
+    load(tables, &loads[1], second->weight, &of);
     if (add_block_pulls(&at, &of, v, w, p[0], p[1])) {
         for (int j = 0; j < loads[1].count;) {
             j = find_runs(&of, j, &round);

@@ -111,7 +111,7 @@ int haptable_points_solve(const struct haptable_points_model* of, void* state, i
  * one place that no float has what C^-1 makes of its error. */
 void haptable_points_press_by_one(const struct haptable_points_model* of, void* state);
 
-/* With settle: keeps C, and takes it back. What a point had of C goes with it. */
+/* With settle: keeps C, and takes it back; the points are the caller's. */
 void haptable_points_keep(const struct haptable_points_model* of, void* state);
 void haptable_points_take_back(const struct haptable_points_model* of, void* state);
 

@@ -135,20 +135,9 @@ static enum going foresee(const struct haptable_points_model* of, void* state, f
     return goes;
 }
 
-/* A point before it goes: its god-object and load, where its surface was, whether it was in T, and what C had of it. */
-struct start {
-    struct haptable_contact at;
-    struct haptable_pair_own own;
-    struct haptable_pair_place place;
-    uint32_t coupled;
-    float load_n[3];
-    float raised_m;
-    uint8_t presses;
-};
-
 /* Goes that part of the way from where each was, and T begins as it was. The walks of a tick share HAPTABLE_WALK_STEPS:
  * one that needs more ends on the surface where it is. */
-static void go(const struct haptable_points_model* of, void* state, uint32_t count, const struct start from[],
+static void go(const struct haptable_points_model* of, void* state, uint32_t count, const struct haptable_point from[],
                const float (*way_m)[3], float part) {
     struct haptable_point* point = haptable_points_in(of, state);
     for (uint32_t i = 0; i < count; ++i) {
@@ -166,40 +155,23 @@ static void go(const struct haptable_points_model* of, void* state, uint32_t cou
 }
 
 /* To where each was, with its load. */
-static void go_back(const struct haptable_points_model* of, void* state, uint32_t count, const struct start from[]) {
-    struct haptable_point* point = haptable_points_in(of, state);
+static void go_back(const struct haptable_points_model* of, void* state, uint32_t count,
+                    const struct haptable_point from[]) {
     haptable_points_take_back(of, state);
-    for (uint32_t i = 0; i < count; ++i) {
-        point[i].presses = from[i].presses;
-        vec_copy(from[i].load_n, point[i].load_n);
-        point[i].raised_m = from[i].raised_m;
-        point[i].at = from[i].at;
-        point[i].own = from[i].own;
-        point[i].place = from[i].place;
-        point[i].coupled = from[i].coupled;
-        point[i].is_known = point[i].is_inside;
-    }
+    for (uint32_t i = 0; i < count; ++i) haptable_points_in(of, state)[i] = from[i];
     haptable_points_factor(of, state);
 }
 
 void haptable_points_settle(const struct haptable_points_model* of, void* state) {
     const struct haptable_point* point = haptable_points_in(of, state);
     struct haptable_points* all = haptable_points_of(of, state);
-    struct start from[HAPTABLE_POINTS];
+    struct haptable_point from[HAPTABLE_POINTS];
     float way_m[HAPTABLE_POINTS][3] = {{0.0f}};
     const uint32_t count = of->count;
     float part = 1.0f;
     const enum going goes = foresee(of, state, way_m);
     if (goes == NONE_GOES) return;
-    for (uint32_t i = 0; i < count; ++i) {
-        from[i].at = point[i].at;
-        vec_copy(point[i].load_n, from[i].load_n);
-        from[i].raised_m = point[i].raised_m;
-        from[i].presses = point[i].presses;
-        from[i].own = point[i].own;
-        from[i].place = point[i].place;
-        from[i].coupled = point[i].coupled;
-    }
+    for (uint32_t i = 0; i < count; ++i) from[i] = point[i];
     haptable_points_keep(of, state);
     /* E is of those that press: without them it stays, to rounding. */
     const int trials = goes == SOME_GO ? HAPTABLE_POINTS_TRIALS : 1;
