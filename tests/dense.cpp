@@ -7,7 +7,6 @@ namespace haptable::dense {
 
 using Eigen::MatrixXd;
 
-MatrixXd inverse_spd(const MatrixXd& a) { return a.llt().solve(MatrixXd::Identity(a.rows(), a.cols())); }
 MatrixXd inverse(const MatrixXd& a) { return a.fullPivLu().inverse(); }
 MatrixXd solve(const MatrixXd& a, const MatrixXd& b) { return a.fullPivLu().solve(b); }
 

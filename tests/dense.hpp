@@ -8,14 +8,13 @@
 
 namespace haptable::dense {
 
-/// A^-1 of a symmetric positive definite A, by Cholesky.
-Eigen::MatrixXd inverse_spd(const Eigen::MatrixXd& a);
 /// A^-1 and A^-1 B of any regular A, by LU with full pivoting.
 Eigen::MatrixXd inverse(const Eigen::MatrixXd& a);
 Eigen::MatrixXd solve(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 
 inline SymmetricEigen eigen(const Eigen::MatrixXd& a) { return symmetric_eigen(a); }
 inline Eigen::VectorXd eigenvalues(const Eigen::MatrixXd& a) { return symmetric_eigenvalues(a); }
+using haptable::inverse_spd;
 using haptable::product;
 
 }  // namespace haptable::dense

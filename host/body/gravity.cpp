@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -21,7 +20,6 @@ namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 Eigen::Matrix3Xd weight(const Scene& scene, const Body& body) {
     std::vector<double> density;
@@ -37,10 +35,10 @@ double force_change(const Body& body, const NodeWeights& load, const Eigen::Spar
     const MatrixXd w = load_matrix(load, body.unknown, solver.size());
     MatrixXd phi;
     solver.solve(w, phi);
-    const Eigen::Matrix3d compliance = w.transpose() * phi, change = phi.transpose() * (k_sigma * phi);
-    const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::Matrix3d> eigen(0.5 * (change + change.transpose()),
-                                                                          0.5 * (compliance + compliance.transpose()));
-    return eigen.eigenvalues().cwiseAbs().maxCoeff();
+    const Eigen::Matrix3d compliance = transposed_product(w, phi), change = transposed_product(phi, k_sigma * phi);
+    return symmetric_eigenvalues(0.5 * (change + change.transpose()), 0.5 * (compliance + compliance.transpose()))
+        .cwiseAbs()
+        .maxCoeff();
 }
 
 }  // namespace
@@ -73,9 +71,9 @@ double buckling_factor(const Eigen::SparseMatrix<double>& k_sigma, const LinearS
     for (; count < steps; ++count) {
         solver.solve(b, x);
         for (int again = 0; again < 2; ++again) {
-            const VectorXd part = kv.leftCols(count).transpose() * x;
-            x -= v.leftCols(count) * part;
-            b -= kv.leftCols(count) * part;
+            const MatrixXd part = transposed_product(kv.leftCols(count), x);
+            x -= product(v.leftCols(count), part);
+            b -= product(kv.leftCols(count), part);
         }
         const double squared = x.col(0).dot(b.col(0));
         if (!(squared > 0.0)) break;
@@ -83,8 +81,8 @@ double buckling_factor(const Eigen::SparseMatrix<double>& k_sigma, const LinearS
         kv.col(count) = b / std::sqrt(squared);
         b = -(k_sigma * v.col(count));
     }
-    const MatrixXd ritz = -v.leftCols(count).transpose() * (k_sigma * v.leftCols(count));
-    const double most = symmetric_eigenvalues(ritz).maxCoeff();
+    const MatrixXd ritz = transposed_product(v.leftCols(count), k_sigma * v.leftCols(count));
+    const double most = symmetric_eigenvalues(-ritz).maxCoeff();
     return most > 0.0 ? 1.0 / most : std::numeric_limits<double>::infinity();
 }
 

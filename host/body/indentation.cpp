@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/body/assembly.hpp"
+#include "host/dense/dense.hpp"
+
 namespace haptable {
 
 namespace {
@@ -29,7 +32,7 @@ Indentation::Indentation(const Hyperelastic& body, const LinearSolver& solver, s
     : body_(&body), solver_(&solver), unknown_(unknown) {
     w_ = load_matrix(load, unknown, solver.size());
     solver.solve(w_, x_);
-    stiffness_ = Eigen::Matrix3d(w_.transpose() * x_).inverse();
+    stiffness_ = Eigen::Matrix3d(transposed_product(w_, x_)).inverse();
     rest_.x = VectorXd::Zero(solver.size());
 }
 
@@ -45,7 +48,7 @@ bool Indentation::evaluate(State& state) const {
 VectorXd Indentation::projected(const VectorXd& g, Vector3d& finger_n) const {
     MatrixXd z;
     solver_->solve(MatrixXd(g), z);
-    finger_n = stiffness_ * (w_.transpose() * z);
+    finger_n = stiffness_ * transposed_product(w_, z);
     return z.col(0) - x_ * finger_n;
 }
 

@@ -135,13 +135,13 @@ RigidBody rigid_body_of(const Scene& scene, const Body& body) {
     RigidBody rigid;
     const Eigen::SparseMatrix<double> mass = assemble_mass(scene, body);
     const MatrixXd about_origin = motions_about(body, Vector3d::Zero());
-    const MatrixXd gram = about_origin.transpose() * (mass * about_origin);
+    const MatrixXd gram = transposed_product(about_origin, mass * about_origin);
     rigid.mass_kg = gram.topLeftCorner<3, 3>().trace() / 3.0;
     const Matrix3d moment = gram.topRightCorner<3, 3>() / rigid.mass_kg;  // -cross_matrix(centre)
     rigid.centre_m = {moment(1, 2), moment(2, 0), moment(0, 1)};
     rigid.motion = motions_about(body, rigid.centre_m);
     rigid.momentum = mass * rigid.motion;
-    const MatrixXd inertia = rigid.motion.rightCols<3>().transpose() * rigid.momentum.rightCols<3>();
+    const MatrixXd inertia = transposed_product(rigid.motion.rightCols<3>(), rigid.momentum.rightCols<3>());
     rigid.inertia_kg_m2 = 0.5 * (inertia + inertia.transpose());
     return rigid;
 }

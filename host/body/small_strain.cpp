@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "host/body/assembly.hpp"
+#include "host/dense/dense.hpp"
 
 namespace haptable {
 
@@ -79,7 +80,7 @@ Matrix3d stiffness_under(const NodeWeights& load, const LinearSolver& solver, Un
     const MatrixXd w = load_matrix(load, unknown, solver.size());
     MatrixXd x;
     solver.solve(w, x);
-    return Matrix3d(w.transpose() * x).inverse();
+    return Matrix3d(transposed_product(w, x)).inverse();
 }
 
 double Departure::depth_m(double share) const {
@@ -102,7 +103,7 @@ Departures departures(const NeoHooke& body, const LinearSolver& solver, Unknowns
         const MatrixXd w = load_matrix(finger.load, unknown, size);
         MatrixXd x, v;
         solver.solve(w, x);
-        const Matrix3d stiffness = Matrix3d(w.transpose() * x).inverse(), ways = ways_of(finger.outward);
+        const Matrix3d stiffness = Matrix3d(transposed_product(w, x)).inverse(), ways = ways_of(finger.outward);
         const MatrixXd phi = x * stiffness * ways;
         MatrixXd second(size, kWays), third(size, kWays);
         for (Index way = 0; way < Index{kWays}; ++way) {
@@ -111,7 +112,7 @@ Departures departures(const NeoHooke& body, const LinearSolver& solver, Unknowns
             third.col(way) = gather(f.force_n[2], unknown, size);
         }
         solver.solve(second, v);
-        v = x * stiffness * (w.transpose() * v) - v;
+        v = product(x * stiffness, transposed_product(w, v)) - v;
         for (Index way = 0; way < Index{kWays}; ++way) {
             const double s = ways.col(way).dot(stiffness * ways.col(way));
             const double a = phi.col(way).dot(second.col(way)) / s;

@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -52,7 +51,7 @@ double dominant_eigenvalue(Eigen::Index size, const std::function<void(const Eig
         value.push_back(symmetric_eigenvalues(t.topLeftCorner(step + 1, step + 1))[step]);
         if (step >= kSettled && value.back() - value[value.size() - 1 - kSettled] <= 0.01 * value.back()) break;
         const auto known = basis.leftCols(step + 1);
-        for (int twice = 0; twice < 2; ++twice) next -= known * (known.transpose() * next);
+        for (int twice = 0; twice < 2; ++twice) next -= product(known, transposed_product(known, next));
         const double norm = next.norm();
         if (step + 1 == most || norm <= 1e-12 * value.back()) break;
         t(step + 1, step) = t(step, step + 1) = norm;
@@ -95,7 +94,7 @@ void NodeStiffness::add(std::int32_t mesh_node, const Eigen::Matrix3d& l_ii) {
                         "too badly conditioned; mend slivers in the mesh, or lower a Poisson's ratio near 0.5",
                         mesh_node, smallest));
     // Inverting by Cholesky loses the fewest digits where L_ii is badly conditioned (Poisson's ratio near 0.5).
-    const Eigen::Matrix3d inverse = l_ii.llt().solve(Eigen::Matrix3d::Identity());
+    const Eigen::Matrix3d inverse = inverse_spd(l_ii);
     smallest_eigenvalue_m_per_n =
         stiffness_n_per_m.empty() ? smallest : std::min(smallest_eigenvalue_m_per_n, smallest);
     largest_condition = std::max(largest_condition, condition_of(l_ii));

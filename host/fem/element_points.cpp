@@ -25,6 +25,10 @@ Eigen::Matrix3Xd moves_of(const std::vector<std::int32_t>& nodes, const Eigen::M
     return moves;
 }
 
+Eigen::Matrix3d gradient_of(const Eigen::Matrix3Xd& moves, const ElementPoint& point) {
+    return moves.lazyProduct(point.gradient_per_m.transpose());  // too small for a product by blocks
+}
+
 Eigen::Matrix3d cofactor(const Eigen::Matrix3d& f) {
     Eigen::Matrix3d cof;
     for (Eigen::Index c = 0; c < 3; ++c) cof.col(c) = f.col((c + 1) % 3).cross(f.col((c + 2) % 3));

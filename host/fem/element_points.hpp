@@ -21,6 +21,9 @@ std::vector<ElementPoint> points_of(const ElementMesh& mesh, std::size_t t);
 /// u of an element's nodes: [3, 4 or 10].
 Eigen::Matrix3Xd moves_of(const std::vector<std::int32_t>& nodes, const Eigen::Matrix3Xd& u);
 
+/// grad u at a point of the element.
+Eigen::Matrix3d gradient_of(const Eigen::Matrix3Xd& moves, const ElementPoint& point);
+
 /// d det F / dF
 Eigen::Matrix3d cofactor(const Eigen::Matrix3d& f);
 

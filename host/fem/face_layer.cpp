@@ -13,16 +13,21 @@ using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-/// Shape functions of three nodes or six, and their derivatives by the barycentric coordinates 1 and 2.
+// Of three nodes or six: rows, or columns.
+template <int columns>
+using NodeRows = Eigen::Matrix<double, Eigen::Dynamic, columns, 0, 6, columns>;
+using NodeColumns = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 6>;
+
+/// Shape functions, and their derivatives by the barycentric coordinates 1 and 2.
 struct Shape {
-    Eigen::VectorXd value;
-    Eigen::MatrixX2d along;
+    NodeRows<1> value;
+    NodeRows<2> along;
 };
 
 Shape shape_at(const Vector3d& t, std::size_t nodes) {
     const auto count = static_cast<Index>(nodes);
-    Eigen::MatrixX3d by_t = Eigen::MatrixX3d::Zero(count, 3);
-    Eigen::VectorXd value(count);
+    NodeRows<3> by_t = NodeRows<3>::Zero(count, 3);
+    NodeRows<1> value(count);
     for (Index c = 0; c < 3; ++c) {
         value[c] = nodes == 3 ? t[c] : t[c] * (2.0 * t[c] - 1.0);
         by_t(c, c) = nodes == 3 ? 1.0 : 4.0 * t[c] - 1.0;
@@ -33,7 +38,7 @@ Shape shape_at(const Vector3d& t, std::size_t nodes) {
         by_t(3 + c, c) = 4.0 * t[next];
         by_t(3 + c, next) = 4.0 * t[c];
     }
-    Eigen::MatrixX2d along(count, 2);
+    NodeRows<2> along(count, 2);
     along << by_t.col(1) - by_t.col(0), by_t.col(2) - by_t.col(0);
     return {value, along};
 }
@@ -42,14 +47,14 @@ Shape shape_at(const Vector3d& t, std::size_t nodes) {
 struct FacePoint {
     double area_m2 = 0.0;  ///< that it stands for
     Vector3d normal;
-    Eigen::VectorXd value;            ///< [nodes]
-    Eigen::Matrix3Xd gradient_per_m;  ///< [3, nodes] along the surface
+    NodeRows<1> value;
+    NodeColumns gradient_per_m;  ///< along the surface
 };
 
 /// Six points, exact for polynomials of degree 4 (Cowper 1973).
 template <typename Visit>
 void for_each_point(std::span<const Vector3d> position_m, const LayeredFace& face, Visit visit) {
-    Eigen::Matrix3Xd x(3, static_cast<Index>(face.nodes));
+    NodeColumns x(3, static_cast<Index>(face.nodes));
     for (std::size_t a = 0; a < face.nodes; ++a)
         x.col(static_cast<Index>(a)) =
             position_m[static_cast<std::size_t>(face.node[a])] - position_m[static_cast<std::size_t>(face.node[0])];
@@ -80,7 +85,7 @@ Matrix3d block_of(const FacePoint& p, const Layer& layer, Index a, Index b) {
 }
 
 /// Stress times thickness, N/m.
-Matrix3d tension_of(const FacePoint& p, const Layer& layer, const Eigen::Matrix3Xd& moves) {
+Matrix3d tension_of(const FacePoint& p, const Layer& layer, const NodeColumns& moves) {
     const Matrix3d tangent = along_surface(p.normal), along = tangent * (moves * p.gradient_per_m.transpose());
     return layer.lambda_n_per_m * along.trace() * tangent + layer.mu_n_per_m * (along + along.transpose());
 }
@@ -125,7 +130,7 @@ Eigen::MatrixXd layer_stiffness(std::span<const Vector3d> position_m, const Laye
 
 Eigen::MatrixXd layer_geometric_stiffness(std::span<const Vector3d> position_m, const LayeredFace& face,
                                           const Eigen::Matrix3Xd& u) {
-    Eigen::Matrix3Xd moves(3, static_cast<Index>(face.nodes));
+    NodeColumns moves(3, static_cast<Index>(face.nodes));
     for (std::size_t a = 0; a < face.nodes; ++a) moves.col(static_cast<Index>(a)) = u.col(face.node[a]);
     return integrate(position_m, face, [&](const FacePoint& p, Index a, Index b) -> Matrix3d {
         const Matrix3d tension = tension_of(p, face.layer, moves);

@@ -50,8 +50,8 @@ void fill_tet(const ElementMesh& mesh, std::size_t t, const Eigen::Matrix3Xd& u,
     for (Index a = 0; a < count; ++a) moves.col(a) = u.col(nodes[static_cast<std::size_t>(a)]);
     k.setZero(3 * count, 3 * count);
     for (const ElementPoint& p : points_of(mesh, t)) {
-        const Matrix3d stress = stress_of(law * strain_of(moves * p.gradient_per_m.transpose())) +
-                                p.of_corner.dot(pressure_pa) * Matrix3d::Identity();
+        const Matrix3d stress =
+            stress_of(law * strain_of(gradient_of(moves, p))) + p.of_corner.dot(pressure_pa) * Matrix3d::Identity();
         for (Index a = 0; a < count; ++a)
             for (Index b = 0; b <= a; ++b)
                 k.block<3, 3>(3 * a, 3 * b).diagonal().array() +=

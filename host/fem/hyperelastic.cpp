@@ -15,7 +15,7 @@ using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 
 Matrix3d deformation(const Matrix3Xd& moves, const ElementPoint& point) {
-    return Matrix3d::Identity() + moves * point.gradient_per_m.transpose();
+    return Matrix3d::Identity() + gradient_of(moves, point);
 }
 
 }  // namespace

@@ -57,7 +57,7 @@ std::vector<NeoHooke::AtCorners> NeoHooke::nodal_pressures(const Eigen::Matrix3X
     for (std::size_t t = 0; t < tets; ++t) {
         const Eigen::Matrix3Xd moves = moves_of(nodes_of(mesh_, t), u);
         for (const ElementPoint& point : points_of(mesh_, t)) {
-            const Orders j = volume_change(moves * point.gradient_per_m.transpose());
+            const Orders j = volume_change(gradient_of(moves, point));
             volume_m3[t] += point.volume_m3 * point.of_corner;
             change[t] += point.volume_m3 * point.of_corner * Eigen::Map<const Eigen::RowVector3d>(j.data());
         }
@@ -95,7 +95,7 @@ ForceOrders NeoHooke::force_orders(const Eigen::Matrix3Xd& u) const {
         for (const ElementPoint& point : points_of(mesh_, t)) {
             Orders pressure_pa{};
             if (cells_) Eigen::Map<Eigen::RowVector3d>(pressure_pa.data()) = point.of_corner.transpose() * of_nodes[t];
-            const auto p = stress(moves * point.gradient_per_m.transpose(), own, pressure_pa);
+            const auto p = stress(gradient_of(moves, point), own, pressure_pa);
             for (std::size_t k = 0; k < 3; ++k) {
                 const Eigen::Matrix3Xd force = point.volume_m3 * p[k] * point.gradient_per_m;
                 for (std::size_t b = 0; b < nodes.size(); ++b)

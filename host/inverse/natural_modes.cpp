@@ -106,11 +106,11 @@ void choose_shapes(const Eigen::SparseMatrix<double>& mass, Eigen::Ref<MatrixXd>
     for (Index k = 0; k < fixed.cols(); ++k)
         for (Index i = 0; i < fixed.rows(); ++i)
             fixed(i, k) = std::sin(1.0 + static_cast<double>((7 + k) * i));  // no symmetry
-    const MatrixXd along = phi.transpose() * (mass * fixed);
+    const MatrixXd along = transposed_product(phi, mass * fixed);
     MatrixXd q = orthonormal(along);
     for (Index k = 0; k < q.cols(); ++k)
         if (q.col(k).dot(along.col(k)) < 0.0) q.col(k) = -q.col(k);
-    phi = MatrixXd(phi * q);
+    phi = product(phi, q);
     for (Index k = 0; k < phi.cols(); ++k) normalize(mass, phi.col(k));
 }
 
