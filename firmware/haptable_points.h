@@ -79,7 +79,7 @@ struct haptable_point {
 struct haptable_points {
     float energy_j;                  /* stored by all */
     uint16_t order[HAPTABLE_POINTS]; /* of the factor's rows: points of T */
-    uint16_t count;                  /* of them */
+    uint16_t count;                  /* of them; 0: C has changed since */
     uint16_t sets;                   /* factorisations of the last tick */
     uint16_t most_sets;              /* the most of any tick */
 };
@@ -115,7 +115,7 @@ void haptable_points_press_by_one(const struct haptable_points_model* of, void* 
 void haptable_points_keep(const struct haptable_points_model* of, void* state);
 void haptable_points_take_back(const struct haptable_points_model* of, void* state);
 
-/* C_TT = L L^T of T as it is now, and of C as it was written last. */
+/* C_TT = L L^T of T as it is now, and of C as it was written last: the points that T begins with as before stay. */
 void haptable_points_factor(const struct haptable_points_model* of, void* state);
 
 /* x = L^-1 x of C_TT = L L^T: [3 count], in T's order. */

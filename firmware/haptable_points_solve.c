@@ -59,7 +59,7 @@ static void add_product(const struct system* in, uint32_t i, uint32_t j, const f
         }
 }
 
-/* Own blocks of the points that are new, or have moved. */
+/* Own blocks of the points that are new, or have moved; L is of no point then. */
 static void assemble(const struct haptable_points_model* of, void* state) {
     const struct system in = system_of(of, state);
     const struct haptable_servo* servo = haptable_points_servos(of, state);
@@ -72,6 +72,7 @@ static void assemble(const struct haptable_points_model* of, void* state) {
         put_own(&in, i, at->own.a);
         at->is_known = 1;
         at->coupled = 0;
+        haptable_points_of(of, state)->count = 0;
         for (uint32_t j = 0; j < of->count; ++j) point[j].coupled &= ~(1u << i);
     }
 }
@@ -106,7 +107,10 @@ static void copy_upper(const struct haptable_points_model* of, void* state, int 
 
 void haptable_points_keep(const struct haptable_points_model* of, void* state) { copy_upper(of, state, 0); }
 
-void haptable_points_take_back(const struct haptable_points_model* of, void* state) { copy_upper(of, state, 1); }
+void haptable_points_take_back(const struct haptable_points_model* of, void* state) {
+    copy_upper(of, state, 1);
+    haptable_points_of(of, state)->count = 0;
+}
 
 void haptable_points_lowered(const struct haptable_points_model* of, void* state, uint32_t i, float lowered_m[3]) {
     const struct system in = system_of(of, state);
@@ -118,39 +122,50 @@ void haptable_points_lowered(const struct haptable_points_model* of, void* state
 
 /* ---- the factor -------------------------------------------------------------------------------------------------- */
 
-/* Points of T, in their order. */
-static void put_order(const struct haptable_points_model* of, void* state) {
+/* Points of T, in their order. Returns with how many of them L begins already. */
+static uint32_t put_order(const struct haptable_points_model* of, void* state) {
     const struct haptable_point* point = haptable_points_in(of, state);
     struct haptable_points* all = haptable_points_of(of, state);
+    const uint32_t count = all->count;
+    uint32_t same = 0;
     all->count = 0;
-    for (uint32_t i = 0; i < of->count; ++i)
-        if (point[i].presses) all->order[all->count++] = (uint16_t)i;
+    for (uint32_t i = 0; i < of->count; ++i) {
+        if (!point[i].presses) continue;
+        if (same == all->count && same < count && all->order[same] == i) ++same;
+        all->order[all->count++] = (uint16_t)i;
+    }
+    return same;
 }
 
-/* C_TT = L L^T, by T's order. Of points that load nearly one place C may be indefinite, by the error of its tables
- * and by rounding: an entry for which there is no room, as in a definite C there is, is left out. */
-static void factor(const struct system* in, const struct haptable_points* all) {
+/* C_TT = L L^T, by T's order, whose first points L has already; column by column, so that no sum waits for another. Of
+ * points that load nearly one place C may be indefinite, by the error of its tables and by rounding: an entry for which
+ * there is no room, as in a definite C there is, is left out. */
+static void factor(const struct system* in, const struct haptable_points* all, uint32_t has) {
     const uint32_t rows = 3u * all->count;
-    for (uint32_t r = 0; r < rows; ++r) {
-        float* row = &in->a[r * in->width];
-        const uint32_t at = 3u * all->order[r / 3u] + r % 3u;
-        const float own = *entry(in, at, at);
-        for (uint32_t c = 0; c < r; ++c) {
-            const uint32_t other = 3u * all->order[c / 3u] + c % 3u;
-            row[c] = (*entry(in, other, at) - haptable_points_dot(row, &in->a[c * in->width], c)) * in->inverse[c];
-            if (row[c] * row[c] > ROOM * own) row[c] = 0.0f;
+    uint16_t at[3 * HAPTABLE_POINTS] = {0u}; /* C's row of each of L's */
+    for (uint32_t r = 0; r < rows; ++r) at[r] = (uint16_t)(3u * all->order[r / 3u] + r % 3u);
+    for (uint32_t c = 0; c < rows; ++c) {
+        const float* column = &in->a[c * in->width];
+        const uint32_t first = c < 3u * has ? 3u * has : c + 1u;
+        if (c >= 3u * has) {
+            const float own = *entry(in, at[c], at[c]);
+            float pivot = own - haptable_points_dot(column, column, c);
+            if (!(pivot > LEAST_PIVOT * own)) pivot = LEAST_PIVOT * own;
+            in->inverse[c] = vec_inverse_root(pivot);
         }
-        float pivot = own - haptable_points_dot(row, row, r);
-        if (!(pivot > LEAST_PIVOT * own)) pivot = LEAST_PIVOT * own;
-        in->inverse[r] = vec_inverse_root(pivot);
+        for (uint32_t r = first; r < rows; ++r) {
+            float* row = &in->a[r * in->width];
+            row[c] = (*entry(in, at[c], at[r]) - haptable_points_dot(row, column, c)) * in->inverse[c];
+            if (row[c] * row[c] > ROOM * *entry(in, at[r], at[r])) row[c] = 0.0f;
+        }
     }
 }
 
 void haptable_points_factor(const struct haptable_points_model* of, void* state) {
     const struct system in = system_of(of, state);
     struct haptable_points* all = haptable_points_of(of, state);
-    put_order(of, state);
-    factor(&in, all);
+    const uint32_t has = put_order(of, state);
+    factor(&in, all, has);
     ++all->sets;
 }
 

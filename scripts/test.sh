@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-or-later
 #
-# Runs the tests, one process a processor, says why some were skipped, and ends with one line: N passed, N failed, N
-# skipped. Called by `make test` from the project's root; arguments go to the test program (BUILD=build sh
+# Runs the tests, one process a processor and one more, as some wait for a clock or a browser, says why some were
+# skipped, and ends with one line: N passed, N failed, N skipped. Called by `make test` from the project's root; arguments go to the test program (BUILD=build sh
 # scripts/test.sh --gtest_filter='Mesh*'). `test.sh whole`: those that prove packages, installed copies, the laboratory
 # and several machines, which `make test-all` runs besides: tests/packaging, tests/lab and tests/host/mpi.
 set -u
@@ -74,7 +74,7 @@ work='
         -e "^\[==*\]" -e "^\[  PASSED" -e "^Note: Google" -e "^Running main" -e "^[0-9]* passed.* in " -e "^ *\[[ 0-9]*%\]$" -e "^$" "$job.log"'
 export loopback unit
 [ ! -e "$jobs/000" ] || sh -c "$work" "$jobs/000" "$@"
-find "$jobs" -type f -name '[0-9]*' -not -name '000*' | sort | xargs -P "$(nproc)" -I{} sh -c "$work" {} "$@"
+find "$jobs" -type f -name '[0-9]*' -not -name '000*' | sort | xargs -P $(($(nproc) + 1)) -I{} sh -c "$work" {} "$@"
 cat "$jobs"/*.log >"$log"
 
 # What each took, for the next run.
