@@ -40,10 +40,10 @@ def folder_of(scene: Scene, force: str, radius: float) -> Path:
 
 
 def with_tool(scene: Scene, radius: float) -> Path:
-    """Of a disc of 12 points, under masks; any two places of the cube are coupled by a block."""
+    """Of a disc of 12 points, 3.3 mm apart, under masks; any two places of the cube are coupled by a block."""
     made = vary(touched(scene, "pressure-mask", radius), tables={"coupling_bytes": 20_000_000},
                 tool={"shape": "disc", "radius": 0.006, "points": 12})
-    return _made(f"{scene['name']}-disc", json.dumps(made))
+    return _made(f"{scene['name']}-disc-{1e3 * radius:.3g}mm", json.dumps(made))
 
 
 def with_release(scene: Scene, force: str, god_object: str, slew: float) -> Any:

@@ -14,6 +14,7 @@ import numpy as np
 from lab import build, contact, scenes, told
 from lab.error import FORCES
 from lab.numbers import Topic, Topics, count, error_of, number, percent, seconds, table, to_markdown, write_topics
+from lab.scenes import Scene
 from lab.target import MILLISECOND
 
 Raw = dict[str, Any]  #: what a program tells
@@ -125,27 +126,32 @@ def beside_tables(cube: Raw, mouse: Raw) -> Topics:
         faster("2 mm above", above, modes[0], peer)]) for peer in peers}
 
 
-def tool_tables(cube: Raw, mouse: Raw) -> Topics:
-    """What a tick of a tool takes, and what as many proxies of each peer take on the same path. Each: of
-    haptable-contact, of one body."""
-    tools = (cube["tool"], mouse["tool"])
+def tool_tables(bodies: dict[str, Raw]) -> Topics:
+    """What a tick of a tool takes, and what as many proxies of each peer take on the same path. bodies: by name, of
+    haptable-contact."""
+    tools = [body["tool"] for body in bodies.values()]
     points = tools[0]["points"]
     said = {"nearest": f"{points} points, nearest", "least-energy": f"{points} points, least energy"}
     times = [_times(tool["ticks"]) for tool in tools]
     rows = [[said.get(name, f"{points} proxies of {name}"), *(seconds(s) for body in times for s in body[name])]
             for name in times[0]]
     pressing = [cell for tool in tools for cell in (number(tool["pressing"], "{:.1f}"), "", "")]
-    return {"tool-beside-proxies": table(_QUANTILES, [*rows, ["points that press", *pressing]])}
+    header = "".join(f" | {name}, mean | median | 99.9 %" for name in bodies)
+    return {"tool-beside-proxies": table(header, [*rows, ["points that press", *pressing]])}
 
 
 def beside(out: Path, rounds: int = 30) -> None:
     """Ticks of the contact modes beside peers. Writes nothing where no peer could be had (make peers)."""
-    if peers := sorted((build() / "peers").glob("*.so")):
-        times = [told("haptable-contact", *(contact.folder_of(scene, force, radius) for force in FORCES),
-                      "--tool", contact.with_tool(scene, radius),
-                      *(word for peer in peers for word in ("--peer", peer)), "--rounds", rounds)
-                 for scene, radius in ((contact.contact_cube(5), 0.012), (scenes.read("mouse"), 0.006))]
-        write_topics(out, {**beside_tables(*times), **tool_tables(*times)})
+    peers = sorted((build() / "peers").glob("*.so"))
+
+    def times(scene: Scene, radius: float, tool_radius: float) -> Raw:
+        return told("haptable-contact", *(contact.folder_of(scene, force, radius) for force in FORCES), "--tool",
+                    contact.with_tool(scene, tool_radius), *(word for peer in peers for word in ("--peer", peer)),
+                    "--rounds", rounds)
+    if peers:
+        cube, mouse = (contact.contact_cube(5), 0.012), (scenes.read("mouse"), 0.006)
+        bodies = {"cube": times(*cube, 0.012), "mouse": times(*mouse, 0.0023), "wide masks": times(*mouse, 0.006)}
+        write_topics(out, {**beside_tables(bodies["cube"], bodies["mouse"]), **tool_tables(bodies)})
 
 
 # ---- devices -------------------------------------------------------------------------------------------------------

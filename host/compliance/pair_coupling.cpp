@@ -143,6 +143,13 @@ std::size_t most_loaded(const Loads& loads) {
     return most;
 }
 
+/// Two patches have fewer blocks of their controls than of the nodes that these load, in the mean.
+bool has_fewer_controls(const Loads& loads) {
+    std::size_t pairs = 0;
+    for (const auto& load : loads) pairs += load.size() * load.size();
+    return pairs > 36 * loads.size();
+}
+
 std::size_t load_bytes(const Loads& loads) {
     std::size_t bytes = kBeginBytes * (loads.size() + 1);
     for (const auto& load : loads) bytes += kLoadBytes * load.size();
@@ -184,8 +191,8 @@ PairTables clustered(const PlaceMatrix& a, std::uintmax_t most_bytes, std::size_
     return tables;
 }
 
-/// Clusters of what is loaded: the controls' nodes. Of masks the controls themselves, where these fit, for a tick then
-/// takes half of the time; or where a patch loads more nodes than the servo has room for.
+/// Clusters of what is loaded: the controls' nodes. Of masks the controls themselves, where these are fewer and fit,
+/// for a tick then takes half of the time; or where a patch loads more nodes than the servo has room for.
 PairTables in_clusters(const PairControls& controls, const MatrixXd& l, std::uintmax_t most_bytes,
                        const ContactOptions& contact, Progress& progress) {
     const Loads loads = controls.is_mask ? loads_of(controls) : Loads{};
@@ -194,7 +201,7 @@ PairTables in_clusters(const PairControls& controls, const MatrixXd& l, std::uin
     std::vector<std::int32_t> place;
     PairTables tables;
     std::size_t least = 0;
-    if (controls.is_mask && (!has_room || most_bytes >= kControlBytes * core_count(n)))
+    if (!has_room || (has_fewer_controls(loads) && most_bytes >= kControlBytes * core_count(n)))
         tables = clustered(control_matrix(controls, l), most_bytes, kPlaceBytes * n,
                            has_room ? kMostControlBound : kMostBound, place, least, progress);
     const bool is_loaded = controls.is_mask && has_room && tables.is_exact();

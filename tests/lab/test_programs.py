@@ -67,7 +67,7 @@ def test_a_peer_that_cannot_be_had_leaves_no_table():
 def test_a_tool_is_beside_as_many_proxies():
     ticks = {"clock": [0.0], "least-energy": [3.0], "nearest": [2.0], "hapi": [5.0]}
     body = {"tool": {"points": 12, "pressing": 2.84, "ticks": ticks}}
-    rows = texts(programs.tool_tables(body, body)["tool-beside-proxies"])
+    rows = texts(programs.tool_tables({"cube": body, "mouse": body})["tool-beside-proxies"])
     assert [row[:2] for row in rows] == [["12 points, least energy", "3 s"], ["12 points, nearest", "2 s"],
                                          ["12 proxies of hapi", "5 s"], ["points that press", "2.8"]]
 
