@@ -1,10 +1,11 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-or-later
 #
-# Runs the tests, one process a processor and one more, as some wait for a clock or a browser, says why some were
-# skipped, and ends with one line: N passed, N failed, N skipped. Called by `make test` from the project's root; arguments go to the test program (BUILD=build sh
-# scripts/test.sh --gtest_filter='Mesh*'). `test.sh whole`: those that prove packages, installed copies, the laboratory
-# and several machines, which `make test-all` runs besides: tests/packaging, tests/lab and tests/host/mpi.
+# Runs the tests, one process more than processors, as some wait for a clock or a browser; says why some were skipped,
+# and ends with one line: N passed, N failed, N skipped. Called by `make test` from the project's root; arguments go to
+# the test program (BUILD=build sh scripts/test.sh --gtest_filter='Mesh*'). `test.sh whole`: those that prove packages,
+# installed copies, the laboratory and several machines, which `make test-all` runs besides: tests/packaging, tests/lab
+# and tests/host/mpi.
 set -u
 
 BUILD=${BUILD:-build}
