@@ -68,16 +68,19 @@ struct haptable_point {
     float load_n[3];   /* f_i on the body; 0 out of T */
     float normal[3];   /* outward at the nearest god-object, length 1 */
     float raised_m;    /* by so much the others had raised the surface where its contact began */
+    float sunk_m[3];   /* with settle: from where its contact began anew, without a load, to the surface */
     uint32_t met;      /* contacts of its servo, as raised_m is of the last */
     uint8_t is_inside; /* 1: it has a contact */
     uint8_t presses;   /* 1: it is in T */
     uint8_t is_known;  /* 1: C has its own block */
+    uint8_t unfelt;    /* ticks that it has been inside of the dented surface without a load */
     uint32_t coupled;  /* bit j: C has its block with point j */
 };
 
 /* All points of a state. */
 struct haptable_points {
     float energy_j;                  /* stored by all */
+    float paid_j;                    /* with settle: the same, of T as the last search began */
     uint16_t order[HAPTABLE_POINTS]; /* of the factor's rows: points of T */
     uint16_t count;                  /* of them; 0: C has changed since */
     uint16_t sets;                   /* factorisations of the last tick */
@@ -110,6 +113,16 @@ int haptable_points_solve(const struct haptable_points_model* of, void* state, i
 /* Leaves the deepest point alone in T, with the load of a finger, if it presses: where no T was found, or so many load
  * one place that no float has what C^-1 makes of its error. */
 void haptable_points_press_by_one(const struct haptable_points_model* of, void* state);
+
+/* How far a point out of T lies inside of the surface as the others dent it. */
+float haptable_point_depth(const struct haptable_points_model* of, void* state, uint32_t i);
+
+/* Ticks after which it is no step of others that will bring it back into T. */
+#define HAPTABLE_POINTS_UNFELT 4
+
+/* With settle: a point out of T that has been inside of the surface as the others dent it for so long begins anew where
+ * it is, without a load: who presses it farther feels it. */
+void haptable_point_sink(const struct haptable_points_model* of, void* state, uint32_t i);
 
 /* With settle: keeps C, and takes it back; the points are the caller's. */
 void haptable_points_keep(const struct haptable_points_model* of, void* state);

@@ -162,7 +162,18 @@ static void go_back(const struct haptable_points_model* of, void* state, uint32_
     haptable_points_factor(of, state);
 }
 
-void haptable_points_settle(const struct haptable_points_model* of, void* state) {
+/* One that pressed has no load, and is inside: E has fallen, but not downhill. */
+static int has_lost(const struct haptable_points_model* of, void* state, uint32_t count,
+                    const struct haptable_point from[]) {
+    const struct haptable_point* point = haptable_points_in(of, state);
+    for (uint32_t i = 0; i < count; ++i)
+        if (from[i].presses && !point[i].presses && haptable_point_depth(of, state, i) > of->pair->model->tolerance_m)
+            return 1;
+    return 0;
+}
+
+/* One step downhill, or none. */
+static void lower(const struct haptable_points_model* of, void* state) {
     const struct haptable_point* point = haptable_points_in(of, state);
     struct haptable_points* all = haptable_points_of(of, state);
     struct haptable_point from[HAPTABLE_POINTS];
@@ -173,17 +184,28 @@ void haptable_points_settle(const struct haptable_points_model* of, void* state)
     if (goes == NONE_GOES) return;
     for (uint32_t i = 0; i < count; ++i) from[i] = point[i];
     haptable_points_keep(of, state);
-    /* E is of those that press: without them it stays, to rounding. */
+    /* E is of those that press: without them it stays, to rounding. The hand has paid for those that left T, too: their
+     * loads pulled where their god-objects were. */
     const int trials = goes == SOME_GO ? HAPTABLE_POINTS_TRIALS : 1;
     const float stored_j = all->energy_j;
-    const float most_j = goes == SOME_GO ? stored_j : (1.0f + LEAST_FALL) * stored_j;
+    const float paid_j = all->paid_j > stored_j ? all->paid_j : stored_j;
+    const float most_j = goes == SOME_GO ? paid_j : (1.0f + LEAST_FALL) * paid_j;
     for (int trial = 0; trial < trials; ++trial) {
         go(of, state, count, from, (const float(*)[3])way_m, part);
-        if (haptable_points_solve(of, state, HAPTABLE_POINTS_TRIAL_SETS) && all->energy_j <= most_j) return;
+        if (haptable_points_solve(of, state, HAPTABLE_POINTS_TRIAL_SETS) && all->energy_j <= most_j &&
+            !has_lost(of, state, count, from))
+            return;
         part *= 0.5f;
     }
     go_back(of, state, count, from);
     all->energy_j = stored_j;
+}
+
+void haptable_points_settle(const struct haptable_points_model* of, void* state) {
+    const struct haptable_point* point = haptable_points_in(of, state);
+    lower(of, state);
+    for (uint32_t i = 0; i < of->count; ++i)
+        if (point[i].is_inside) haptable_point_sink(of, state, i);
 }
 
 void haptable_points_tick(const struct haptable_points_model* of, void* state) {

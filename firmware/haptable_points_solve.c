@@ -204,6 +204,8 @@ void haptable_point_forget(const struct haptable_points_model* of, void* state, 
     struct haptable_point* point = &haptable_points_in(of, state)[i];
     point->is_inside = point->presses = point->is_known = 0;
     point->raised_m = 0.0f;
+    point->unfelt = 0;
+    vec_zero(point->sunk_m);
     vec_zero(point->load_n);
 }
 
@@ -225,11 +227,12 @@ void haptable_point_see(const struct haptable_points_model* of, void* state, uin
 
 /* ---- who touches ------------------------------------------------------------------------------------------------- */
 
-/* u, from where the surface was when the contact began. */
+/* u, from where the surface was when the contact began, or began anew. */
 static void dent_of(const struct haptable_points_model* of, void* state, uint32_t i, float u[3]) {
     const struct haptable_point* point = &haptable_points_in(of, state)[i];
     vec_sub(haptable_points_servos(of, state)[i].finger_m, point->at.god_object_m, u);
     vec_add_scaled(point->raised_m, point->normal, u);
+    vec_add(u, point->sunk_m, u);
 }
 
 static void put_loads(const struct haptable_points_model* of, void* state) {
@@ -349,8 +352,36 @@ static void put_raised(const struct haptable_points_model* of, void* state) {
     }
 }
 
+float haptable_point_depth(const struct haptable_points_model* of, void* state, uint32_t i) {
+    const struct haptable_servo* servo = &haptable_points_servos(of, state)[i];
+    const struct haptable_point* point = &haptable_points_in(of, state)[i];
+    float below_m[3], lowered_m[3];
+    vec_sub(servo->contact.god_object_m, servo->finger_m, below_m);
+    haptable_points_lowered(of, state, i, lowered_m);
+    vec_add(below_m, lowered_m, below_m);
+    return vec_dot(below_m, point->normal) - point->raised_m;
+}
+
+void haptable_point_sink(const struct haptable_points_model* of, void* state, uint32_t i) {
+    struct haptable_point* point = &haptable_points_in(of, state)[i];
+    if (point->presses) {
+        point->unfelt = 0;
+        return;
+    }
+    const float depth_m = haptable_point_depth(of, state, i);
+    if (vec_length2(point->sunk_m) == 0.0f) {
+        point->unfelt = depth_m > of->pair->model->tolerance_m ? (uint8_t)(point->unfelt + 1u) : 0;
+        if (point->unfelt < HAPTABLE_POINTS_UNFELT) return;
+        point->unfelt = 0;
+    }
+    point->at = haptable_points_servos(of, state)[i].contact;
+    point->is_known = 0;
+    vec_zero(point->sunk_m);
+    vec_add_scaled(depth_m > 0.0f ? depth_m : 0.0f, point->normal, point->sunk_m);
+}
+
 int haptable_points_solve(const struct haptable_points_model* of, void* state, int most_sets) {
-    const struct haptable_points* all = haptable_points_of(of, state);
+    struct haptable_points* all = haptable_points_of(of, state);
     int goes_on = 1;
     assemble(of, state);
     couple(of, state);
@@ -360,6 +391,10 @@ int haptable_points_solve(const struct haptable_points_model* of, void* state, i
         if (!has_loads(of, state)) {
             haptable_points_press_by_one(of, state);
             return 1;
+        }
+        if (of->settle && set == 0) {
+            put_energy(of, state);
+            all->paid_j = all->energy_j;
         }
         goes_on = drop(of, state) || (set < most_sets / 2 && add(of, state, all->count == 0));
     }

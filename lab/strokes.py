@@ -24,7 +24,7 @@ def source_identity(folder: Path) -> str:
 
 
 def kind_of(mode: dict[str, Any]) -> str:
-    touching = "tool" if mode["tool"] else "two" if mode["fingers"] == 2 else "one"
+    touching = "tool" if mode["tool"] else "hands" if mode["fingers"] > 2 else "two" if mode["fingers"] == 2 else "one"
     return touching + (", free" if mode["free"] else ", held") + (", rings" if mode["rings"] else "")
 
 

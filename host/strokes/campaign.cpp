@@ -130,7 +130,7 @@ private:
             const TouchMode& mode = result_.modes[m];
             if (mode.force != force || !(mode.body == kind) || !refusal(mesh, mode).name.empty()) continue;
             chosen.push_back(m);
-            if (mode.is_coupled()) most.fingers = 2;
+            if (mode.is_coupled()) most.fingers = HAPTABLE_FINGERS;
         }
         std::optional<StrokedBody> body;
         for (const std::size_t m : chosen) {
@@ -180,13 +180,14 @@ private:
                     --left;
                     const Touched touched = model.touched().of_stroke(broken.number);
                     Scene own = scene;
+                    own.contact.fingers = touched.fingers();
                     if (mode.tool) {
                         const ToolTables& tool = tools[broken.number % tools.size()];
                         own.tool = Tool{tool.point_m, {}, tool.max_torque_n_m};
                     }
                     write_example(static_cast<Fault>(f), touched, own, make_stroke(touched, maker, seed, broken.number),
                                   fmt::format("{}-{}-{}-{}", mesh.name, mode.name(), options_.seed, broken.number),
-                                  mode.tool ? kToolHand : mode.fingers);
+                                  mode.tool ? kToolHand : touched.fingers());
                 }
         }
         write_tally(counts_file(mesh, mode), key_of(mesh, mode), tally);

@@ -66,7 +66,7 @@ struct Tick {
     Vector3d force_n = Vector3d::Zero();   ///< what the user felt
     std::array<Vector3d, 3> nodal_n{};     ///< as the servo published them
     haptable_counters counters{};
-    // Of a tool's point:
+    // Of a point, which a tool or each of many fingers has:
     bool presses = false;
     Vector3d loaded_m = Vector3d::Zero();  ///< the load's god-object; `god` is the nearest
     Vector3d normal = Vector3d::Zero();    ///< outward
@@ -117,7 +117,7 @@ public:
         : touched_(touched),
           model_(touched.model),
           scene_(scene),
-          servo_(touched.tool() != nullptr ? scene.point_servo(finger) : scene.servo(finger)),
+          servo_(touched.has_points() ? scene.point_servo(finger) : scene.servo(finger)),
           finger_(finger),
           tick_(tick),
           verdict_(verdict),
@@ -156,7 +156,7 @@ public:
         for (std::size_t c = 0; c < 3; ++c) now_.nodal_n[c] = to_vector(out.nodal_force_n[c]);
     }
 
-    /// Of a tool: where the point's contact begins and ends the nearest god-object tells.
+    /// Of a point: where its contact begins and ends the nearest god-object tells.
     void take(const haptable_point& point) {
         now_ = Tick();
         now_.felt.at_m = now_.x = to_vector(servo_.finger_m);
@@ -170,11 +170,26 @@ public:
         now_.god = to_vector(servo_.contact.god_object_m);
         now_.loaded_m = to_vector(point.at.god_object_m);
         now_.normal = to_vector(point.normal);
-        now_.raised_m = static_cast<double>(point.raised_m) * now_.normal;
+        now_.raised_m = static_cast<double>(point.raised_m) * now_.normal + to_vector(point.sunk_m);
+    }
+
+    /// Of one of many fingers, whose load its point has.
+    void take(const haptable_point& point, const haptable_input& in, const haptable_output& out) {
+        take(point);
+        now_.felt.at_m = to_vector(in.finger_m);
+        now_.force_n = to_vector(out.force_n);
+        const double faded = static_cast<double>(servo_.fade_ticks) / HAPTABLE_FADE_TICKS;
+        now_.law_n = (1.0 - faded) * cut(-now_.load_n, most_n());
+        for (std::size_t c = 0; c < 3; ++c) now_.nodal_n[c] = to_vector(out.nodal_force_n[c]);
+        now_.contact = out.state == HAPTABLE_CONTACT;
+        if (!now_.contact) return;
+        now_.at = {out.patch, to_vector(out.alpha)};
+        now_.loaded_m = to_vector(out.god_object_m);
     }
 
     void check_point() {
         check_sides();
+        if (touched_.tool() == nullptr) check_given();
         had_limit_ = has_limit();
         if (now_.contact) check_area(now_.loaded_m);
         if (!now_.load_n.allFinite() || (!now_.presses && now_.load_n.norm() != 0.0) || now_.presses > now_.contact)
@@ -235,7 +250,7 @@ public:
 
 private:
     /// One finger on a body at rest: all that it gives hangs on its own path.
-    bool is_alone() const { return touched_.pair == nullptr && touched_.tool() == nullptr && !moves(); }
+    bool is_alone() const { return touched_.pair == nullptr && !touched_.has_points() && !moves(); }
     bool moves() const { return touched_.body != nullptr || touched_.modes != nullptr; }
     double most_n() const { return static_cast<double>(model_.max_force_n); }
     haptable_freed* freed() const { return haptable_freed_of(&model_, &servo_); }
@@ -304,6 +319,17 @@ private:
 
     void check_force() {
         if (!(now_.force_n.norm() <= most_n() * (1.0 + 1e-5))) fault(Fault::kForce);
+    }
+
+    /// Of one of many fingers: its load, at the god-object's corners and to the hand.
+    void check_given() {
+        verdict_.clamped |= is_cut(now_.load_n);
+        check_force();
+        double error = (now_.force_n - now_.law_n).norm();
+        for (std::size_t c = 0; c < 3; ++c)
+            error = std::max(error, (now_.nodal_n[c] - now_.at.alpha[static_cast<int>(c)] * now_.load_n).norm());
+        if (!(error <= kLaw * now_.load_n.norm())) fault(Fault::kLaw);
+        if (!is_first_) check_rest(now_.force_n - last_.force_n);
     }
 
     void check_area(const Vector3d& god) {
@@ -516,28 +542,41 @@ private:
 
 using Fingers = std::deque<FingerTrial>;
 
-/// A tool as a whole: C_TT f_T = u_T, F = -sum f_i and M = -sum r_i x f_i, in double.
-class ToolTrial {
+/// All points: C_TT f_T = u_T, in double; of a tool F = -sum f_i and M = -sum r_i x f_i.
+class PointsTrial {
 public:
-    ToolTrial(const Touched& touched, Verdict& verdict) : touched_(touched), verdict_(verdict) {}
+    PointsTrial(const Touched& touched, Verdict& verdict) : touched_(touched), verdict_(verdict) {}
 
     void begin() {
         last_ = System();
+        unfelt_ticks_ = 0;
         account_.given_j = account_.held_j = 0.0;
     }
 
-    /// Returns what is wrong.
+    /// Returns what is wrong. out: what the hand of a tool was given.
     std::vector<Fault> check(const Fingers& point, const haptable_tool_output& out) {
         System now(point, touched_);
         std::vector<Fault> faults;
         if (!now.is_law()) faults.push_back(Fault::kLaw);
-        if (!is_wrench(point, now, out)) faults.push_back(Fault::kForce);
+        if (touched_.tool() != nullptr && !is_wrench(point, now, out)) faults.push_back(Fault::kForce);
         if (touched_.model.energy != nullptr && gives(point, now)) faults.push_back(Fault::kEnergy);
+        if (is_unfelt(point, now.in.empty())) faults.push_back(Fault::kLost);
         last_ = std::move(now);
         return faults;
     }
 
 private:
+    /// None presses, and has not for twice as many ticks as the servo waits, though one is deep inside.
+    bool is_unfelt(const Fingers& point, bool none_presses) {
+        constexpr double kFelt = 0.01;  // of the body's size
+        constexpr int kTicks = 2 * HAPTABLE_POINTS_UNFELT;
+        const bool is_deep = std::any_of(point.begin(), point.end(), [&](const FingerTrial& one) {
+            return one.now().contact && one.now().dent().dot(one.now().normal) < -kFelt * touched_.solid.size_m();
+        });
+        unfelt_ticks_ = is_deep && none_presses ? unfelt_ticks_ + 1 : 0;
+        return unfelt_ticks_ >= kTicks;
+    }
+
     /// What presses in a tick, T.
     struct System {
         std::vector<std::size_t> in;  ///< [n] points
@@ -558,7 +597,7 @@ private:
                 f_n.segment<3>(3 * k) = one.now().load_n;
                 rounding_m = std::max(rounding_m, one.rounding_m());
             }
-            if (!in.empty()) c = touched.law.compliance(*touched.tool()->points.pair, at);
+            if (!in.empty()) c = touched.law.compliance(touched.coupling(), at);
         }
         Eigen::Index size() const { return static_cast<Eigen::Index>(in.size()); }
         double stored_j() const { return 0.5 * u_m.dot(f_n); }
@@ -616,14 +655,15 @@ private:
 
     const Touched& touched_;
     Verdict& verdict_;
+    int unfelt_ticks_ = 0;
     System last_;
     Account account_;
 };
 
-/// Both fingers in a tick.
+/// All fingers in a tick.
 struct Hands {
-    std::array<haptable_input, 2> in{};
-    std::array<haptable_output, 2> out{};
+    std::array<haptable_input, HAPTABLE_HANDS> in{};
+    std::array<haptable_output, HAPTABLE_HANDS> out{};
 
     void step(const Touched& touched, SceneState& scene, const FingerPositions& at, std::size_t tick) {
         for (std::size_t f = 0; f < scene.fingers(); ++f) {
@@ -641,7 +681,7 @@ public:
         : touched_(touched),
           told_(told),
           scene_(touched.model, touched.pair, touched.body, touched.modes, touched.tool()),
-          tool_(touched, verdict_),
+          points_(touched, verdict_),
           rigid_(touched.body != nullptr ? rigid_of(*touched.body) : Rigid()),
           ledger_(
               touched.servo.stiffness.felt_n_per_m, touched.body != nullptr ? &rigid_ : nullptr,
@@ -694,29 +734,33 @@ private:
         for (FingerTrial& finger : finger_) finger.keep();
         hands.step(touched_, scene_, at, static_cast<std::size_t>(tick_.index));
         if (touched_.body != nullptr) tick_.after = motion_of(*scene_.body(), rigid_);
-        for (std::size_t f = 0; f < finger_.size(); ++f) finger_[f].take(hands.in[f], hands.out[f]);
+        for (std::size_t f = 0; f < finger_.size(); ++f)
+            if (touched_.has_points())
+                finger_[f].take(scene_.point_state(f), hands.in[f], hands.out[f]);
+            else
+                finger_[f].take(hands.in[f], hands.out[f]);
     }
 
     void check() {
         std::size_t contacts = 0;
         for (auto& finger : finger_) {
-            touched_.tool() != nullptr ? finger.check_point() : finger.check();
+            touched_.has_points() ? finger.check_point() : finger.check();
             contacts += finger.now().contact ? 1 : 0;
         }
         verdict_.contact_ticks += contacts > 0 ? 1 : 0;
         verdict_.both_ticks += contacts > 1 ? 1 : 0;
-        if (touched_.tool() != nullptr)
-            for (const Fault fault : tool_.check(finger_, felt_)) finger_[0].fault(fault);
+        if (touched_.has_points())
+            for (const Fault fault : points_.check(finger_, felt_)) finger_[0].fault(fault);
         if (touched_.body != nullptr && !only_fingers_act()) return;
         if (touched_.body != nullptr) check_momentum();
         if (touched_.body != nullptr || touched_.modes != nullptr ||
-            (touched_.pair != nullptr && touched_.model.energy != nullptr))
+            (touched_.pair != nullptr && touched_.model.energy != nullptr && !touched_.has_points()))
             check_ledger();
     }
 
     void begin() {
         for (auto& finger : finger_) finger.begin();
-        tool_.begin();
+        points_.begin();
     }
 
     /// No weight, no suspension, no floor.
@@ -773,7 +817,7 @@ private:
     const Touched& touched_;
     std::string* told_;
     SceneState scene_;
-    ToolTrial tool_;
+    PointsTrial points_;
     haptable_tool_output felt_{};
     Rigid rigid_;
     Ledger ledger_;

@@ -32,7 +32,7 @@ enum class Fault : std::size_t {
     kCone,      ///< friction: the force lies outside of its cone
     kBrake,     ///< with a release: a force that brakes more comes at once, and not by the slew
     kMomentum,  ///< of a free body: not what the fingers gave
-    kPull,      ///< a tool's point pulls the surface
+    kPull,      ///< a tool's point, or one of many fingers, pulls the surface
 };
 inline constexpr std::array<std::string_view, 12> kFaultNames{
     "outside", "lost", "force", "area", "law", "drawn", "jump", "energy", "cone", "brake", "momentum", "pull"};
@@ -42,7 +42,7 @@ inline std::string_view name_of(Fault fault) { return kFaultNames[static_cast<st
 /// What became of a stroke.
 struct Verdict {
     std::array<int, kFaults> tick;                  ///< of the first fault of each kind; -1: none
-    std::size_t contact_ticks = 0, both_ticks = 0;  ///< of any finger; of two at once
+    std::size_t contact_ticks = 0, both_ticks = 0;  ///< of any finger; of two at once, or more
     double most_stored_j = 0.0;
     double most_given_j = 0.0;  ///< where energy is judged: beyond what was stored when it began to be given
     double most_area = 0.0;     ///< by which the area coordinates miss a sum of 1
@@ -69,21 +69,29 @@ struct Touched {
     const Law& law;
     const ServoModel& servo;
     const haptable_model& model;
-    const haptable_pair_model* pair = nullptr;     ///< null: one finger
+    const haptable_pair_model* pair = nullptr;     ///< null: one finger, or a tool
     const haptable_body* body = nullptr;           ///< null: it is held
     const haptable_modes* modes = nullptr;         ///< null: it follows at once
     std::span<const haptable_tool_model> tools{};  ///< empty: the hand has fingers; else it holds the first
+    std::span<const haptable_pair_model> pairs{};  ///< of which a stroke has one: by the number of fingers
     StepOfScene* step = &step_scene;               ///< a test may put a worse one in its place
 
-    int fingers() const { return pair != nullptr ? 2 : 1; }
+    int fingers() const { return pair != nullptr ? pair->finger_count : 1; }
+    /// A tool, or three fingers and more.
+    bool has_points() const { return !tools.empty() || fingers() > HAPTABLE_FINGERS; }
+    /// What couples them.
+    const haptable_pair_model& coupling() const { return tools.empty() ? *pair : *tool()->points.pair; }
     const haptable_tool_model* tool() const { return tools.empty() ? nullptr : tools.data(); }
     std::size_t contacts() const {
         return tools.empty() ? static_cast<std::size_t>(fingers()) : std::size_t{tool()->points.count};
     }
-    /// With the tool that the stroke of that number has.
+    /// With the tool, or as many fingers, as the stroke of that number has.
     Touched of_stroke(std::uint64_t number) const {
         Touched one = *this;
-        if (!tools.empty()) one.tools = tools.subspan(number % tools.size(), 1);
+        if (!tools.empty())
+            one.tools = tools.subspan(number % tools.size(), 1);
+        else if (!pairs.empty())
+            one.pair = &pairs[number % pairs.size()];
         return one;
     }
 };

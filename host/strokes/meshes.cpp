@@ -234,7 +234,7 @@ std::string to_toml(const Scene& scene) {
     if (scene.tool) values["tool"] = {{"max_torque", scene.tool->max_torque_n_m}, {"points", scene.tool->point_m}};
     values["device"] = {{"max_force", scene.device.max_force_n}};
     values["tables"] = {{"columns", "none"}};
-    if (scene.contact.fingers == 2 || scene.tool) values["tables"]["coupling_bytes"] = scene.tables.coupling_bytes;
+    if (scene.contact.fingers > 1 || scene.tool) values["tables"]["coupling_bytes"] = scene.tables.coupling_bytes;
     std::string text = fmt::format("name = \"{}\"\n", scene.name);
     for (const char* name : {"mesh", "material", "region", "fixed", "contact", "body", "tool", "device", "tables"}) {
         if (!values.contains(name)) continue;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Delta debugging (Zeller and Hildebrandt 2002), with runs of ticks that are left out
 #include <algorithm>
+#include <functional>
 
 #include "host/strokes/judge.hpp"
 
@@ -9,18 +10,18 @@ namespace haptable {
 namespace {
 
 /// How far each finger, or a tool's handle and its turn, go in a tick at the most.
-std::array<double, 2> longest_motions(const Stroke& stroke) {
-    std::array<double, 2> longest{};
+std::array<double, HAPTABLE_HANDS> longest_motions(const Stroke& stroke) {
+    std::array<double, HAPTABLE_HANDS> longest{};
     for (std::size_t i = 1; i < stroke.size(); ++i)
-        for (std::size_t f = 0; f < 2; ++f)
+        for (std::size_t f = 0; f < longest.size(); ++f)
             longest[f] =
                 std::max(longest[f], (to_vector(stroke[i][f].data()) - to_vector(stroke[i - 1][f].data())).norm());
     return longest;
 }
 
-bool is_slow(const Stroke& stroke, const std::array<double, 2>& most) {
-    const auto [first, second] = longest_motions(stroke);
-    return !stroke.empty() && first <= most[0] && second <= most[1];
+bool is_slow(const Stroke& stroke, const std::array<double, HAPTABLE_HANDS>& most) {
+    const auto longest = longest_motions(stroke);
+    return !stroke.empty() && std::equal(longest.begin(), longest.end(), most.begin(), std::less_equal());
 }
 
 Stroke without(const Stroke& stroke, std::size_t begin, std::size_t count) {
@@ -33,7 +34,7 @@ Stroke without(const Stroke& stroke, std::size_t begin, std::size_t count) {
 }  // namespace
 
 Stroke shrink(const Touched& touched, const Stroke& stroke, Fault fault) {
-    std::array<double, 2> most = longest_motions(stroke);
+    std::array<double, HAPTABLE_HANDS> most = longest_motions(stroke);
     for (double& longest : most) longest = std::max(longest, static_cast<double>(HAPTABLE_FAST_SEGMENT_M));
     Stroke least = stroke;
     const auto cut = [&](const Verdict& verdict) {  // what comes after the fault is not needed

@@ -44,6 +44,13 @@ Vector3d twice_area(const ServoModel& servo, std::size_t patch) {
 
 using Path = std::vector<std::array<float, 3>>;
 
+/// The same way, by so much aside.
+Path beside(Path path, const Vector3d& by_m) {
+    for (auto& x : path)
+        for (std::size_t c = 0; c < 3; ++c) x[c] += static_cast<float>(by_m[static_cast<Eigen::Index>(c)]);
+    return path;
+}
+
 /// A finger on its way over a surface, and its dice.
 struct Pen {
     const ServoModel& servo;
@@ -251,14 +258,21 @@ Path StrokeMaker::path(std::uint64_t seed, std::uint64_t number) const {
 }
 
 Stroke StrokeMaker::make(std::uint64_t seed, std::uint64_t number, int fingers) const {
-    Stroke stroke;
-    if (fingers == 1) {
-        for (const auto& x : path(seed, number)) stroke.push_back({x, {}});
-        return stroke;
+    constexpr double kNear = 0.01, kFar = 0.2;  // of the body's size: fingers have one, too
+    const auto apart = static_cast<std::uint64_t>(fingers > HAPTABLE_FINGERS ? HAPTABLE_HANDS : fingers);
+    Pen pen{servo_, area_, size_m_, std::mt19937_64(mix(~seed, number))};
+    const bool together = fingers > HAPTABLE_FINGERS && pen.below(2) == 0;
+    const double spread_m = size_m_ * pen.scale(kNear, kFar);
+    std::vector<Path> each;
+    std::size_t ticks = 0;
+    for (std::size_t f = 0; f < static_cast<std::size_t>(fingers); ++f) {
+        const Vector3d aside = spread_m * pen.direction();
+        each.push_back(together && f > 0 ? beside(each[0], aside) : path(seed, apart * number + f));
+        ticks = std::max(ticks, each[f].size());
     }
-    const Path first = path(seed, 2 * number), second = path(seed, 2 * number + 1);
-    for (std::size_t i = 0; i < std::max(first.size(), second.size()); ++i)
-        stroke.push_back({first[std::min(i, first.size() - 1)], second[std::min(i, second.size() - 1)]});
+    Stroke stroke(ticks);
+    for (std::size_t i = 0; i < ticks; ++i)
+        for (std::size_t f = 0; f < each.size(); ++f) stroke[i][f] = each[f][std::min(i, each[f].size() - 1)];
     return stroke;
 }
 
@@ -280,11 +294,14 @@ Stroke StrokeMaker::make_poses(std::uint64_t seed, std::uint64_t number) const {
 }
 
 std::string to_csv(const Stroke& stroke, int fingers) {
-    std::string text = fingers == 2 ? "x,y,z,x2,y2,z2\n" : fingers == kToolHand ? "x,y,z,qw,qx,qy,qz\n" : "x,y,z\n";
+    std::string text = fingers == kToolHand ? "x,y,z,qw,qx,qy,qz" : "x,y,z";
+    for (int f = 2; f <= fingers; ++f) text += fmt::format(",x{0},y{0},z{0}", f);
+    text += "\n";
     for (const FingerPositions& x : stroke) {
-        text += fmt::format("{:.9g},{:.9g},{:.9g}", x[0][0], x[0][1], x[0][2]);
+        text += fmt::format("{:.9g}", fmt::join(x[0], ","));
         if (fingers == kToolHand) text += fmt::format(",{:.9g}", fmt::join(turn_of(x[1]), ","));
-        if (fingers == 2) text += fmt::format(",{:.9g},{:.9g},{:.9g}", x[1][0], x[1][1], x[1][2]);
+        for (int f = 1; f < fingers; ++f)
+            text += fmt::format(",{:.9g}", fmt::join(x[static_cast<std::size_t>(f)], ","));
         text += "\n";
     }
     return text;
@@ -296,10 +313,10 @@ Stroke read_stroke(const std::filesystem::path& file) {
         return std::array{static_cast<float>(x[0]), static_cast<float>(x[1]), static_cast<float>(x[2])};
     };
     for (const FingerTick& tick : read_finger_ticks(file, Positions::any)) {
-        std::array<double, 3> second = tick.others.empty() ? std::array<double, 3>{} : tick.others[0].position_m;
-        if (tick.turn)
-            for (std::size_t c = 0; c < 3; ++c) second[c] = std::copysign(1.0, (*tick.turn)[0]) * (*tick.turn)[1 + c];
-        stroke.push_back({rounded(tick.position_m), rounded(second)});
+        FingerPositions& x = stroke.emplace_back();
+        for (std::size_t f = 0; f < std::min(tick.fingers(), x.size()); ++f) x[f] = rounded(tick.finger(f).position_m);
+        for (std::size_t c = 0; tick.turn && c < 3; ++c)
+            x[1][c] = static_cast<float>(std::copysign(1.0, (*tick.turn)[0]) * (*tick.turn)[1 + c]);
     }
     return stroke;
 }

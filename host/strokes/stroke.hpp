@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Random fingers, one or two at once, and a tool's poses: what hands do to a body, and what they should not be able to
-// do.
+// Random fingers, one to eight at once, and a tool's poses: what hands do to a body, and what they should not be able
+// to do.
 #pragma once
 
 #include <array>
@@ -10,16 +10,17 @@
 #include <vector>
 
 #include "codegen/model.hpp"
+#include "firmware/haptable_model.h"
 
 namespace haptable {
 
-/// Positions of both fingers in a tick, m, world coordinates, as the servo is given them; of one, the first. Of a tool
-/// the handle's, and the vector part of its turn, whose scalar part is not negative.
-using FingerPositions = std::array<std::array<float, 3>, 2>;
+/// Positions of the fingers in a tick, m, world coordinates, as the servo is given them; 0 of those that are not there.
+/// Of a tool the handle's, and the vector part of its turn, whose scalar part is not negative.
+using FingerPositions = std::array<std::array<float, 3>, HAPTABLE_HANDS>;
 /// One a millisecond.
 using Stroke = std::vector<FingerPositions>;
 
-/// A stroke as the servo's CSV (docs/SPEC.md), to the bits of its floats; and back. fingers: 1, 2, or kToolHand.
+/// A stroke as the servo's CSV (docs/SPEC.md), to the bits of its floats; and back. fingers: 1 to 8, or kToolHand.
 constexpr int kToolHand = 0;
 std::string to_csv(const Stroke& stroke, int fingers);
 Stroke read_stroke(const std::filesystem::path& file);
@@ -34,7 +35,8 @@ public:
 
     /// One of: in along a normal, slide, out; along the surface at a depth; over a sharp edge or into a crease; a
     /// closed loop; straight through at 1 to 5 m/s; tremble at the surface; zigzag in and out; one that begins inside.
-    /// Two fingers have the paths of the numbers 2 n and 2 n + 1; the one that is done waits.
+    /// Two fingers have the paths of the numbers 2 n and 2 n + 1, more those of 8 n and on; one that is done waits. In
+    /// one of two strokes three fingers and more go together, beside the first.
     Stroke make(std::uint64_t seed, std::uint64_t number, int fingers) const;
     /// A tool, whose handle goes as one finger does, rolls, tilts and spins.
     Stroke make_poses(std::uint64_t seed, std::uint64_t number) const;

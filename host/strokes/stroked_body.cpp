@@ -48,12 +48,15 @@ std::vector<TouchMode> all_modes() {
     for (const ForceLaw force : every<ForceLaw>()) {
         for (const int fingers : {1, 2})
             for (const BodyKind& body : kBodyKinds) add(force, fingers, body, false);
-        if (force != ForceLaw::kInterpolated) add(force, 1, {}, true);
+        if (force == ForceLaw::kInterpolated) continue;
+        add(force, 1, {}, true);
+        add(force, HAPTABLE_HANDS, {}, false);
     }
     return modes;
 }
 
 Scene in_mode(Scene scene, const TouchMode& mode) {
+    const bool has_points = mode.tool || mode.has_hands();
     ContactOptions& contact = scene.contact;
     contact.force = mode.force;
     contact.god_object = mode.god_object;
@@ -61,12 +64,12 @@ Scene in_mode(Scene scene, const TouchMode& mode) {
     if (mode.force != ForceLaw::kPressureMask) contact.mask_radius_m = 0.0;
     contact.static_friction = mode.friction ? kStaticFriction : 0.0;
     contact.kinetic_friction = mode.friction ? kKineticFriction : 0.0;
-    const bool releases = mode.god_object == GodObject::kLeastEnergy && mode.body.motion == 0 && !mode.tool;
+    const bool releases = mode.god_object == GodObject::kLeastEnergy && mode.body.motion == 0 && !has_points;
     contact.release_n_per_ms = releases ? kRelease_n_per_ms : 0.0;
     if (mode.is_coupled()) scene.tables.coupling_bytes = kMostCoupling;
     scene.free_body.reset();
     scene.body_modes.reset();
-    if (mode.body.rings) scene.material.stiffening.reset();  // docs/MATERIALS.md: refused
+    if (mode.body.rings || has_points) scene.material.stiffening.reset();  // docs/MATERIALS.md: refused
     if (mode.body.motion > 0) {
         scene.options = options_of(scene);
         scene.options.set(kRigid[mode.body.motion - 1].key, true);
@@ -159,7 +162,8 @@ StrokedModel::StrokedModel(const StrokedBody& body, const ContactOptions& contac
     tables.force = whole.force;
     tables.model_hash = whole.model_hash;
     tables.max_force_n = whole.max_force_n;
-    if (tools.empty()) tables.stiffening = whole.stiffening;  // docs/MATERIALS.md: refused
+    const int most = contact.fingers, least = std::min(most, HAPTABLE_FINGERS + 1);
+    if (tools.empty() && most <= HAPTABLE_FINGERS) tables.stiffening = whole.stiffening;  // docs/MATERIALS.md: refused
     tables.fingers = contact.fingers;
     tables.god_object = contact.god_object;
     tables.static_friction = contact.static_friction;
@@ -167,9 +171,12 @@ StrokedModel::StrokedModel(const StrokedBody& body, const ContactOptions& contac
     tables.options.set("contact.release_slew", contact.release_n_per_ms);
     tables.options.set("contact.passivity", contact.passivity);
     model_ = model_in_memory(tables, body.servo_);
-    if (contact.fingers == 2 || !tools.empty()) pair_ = pair_in_memory(body.pair_.value(), tables, model_);
+    for (int fingers = least; fingers <= most && (fingers > 1 || !tools.empty()); ++fingers) {
+        pairs_.push_back(pair_in_memory(body.pair_.value(), tables, model_));
+        pairs_.back().finger_count = static_cast<std::uint16_t>(fingers);
+    }
     for (const ToolTables& tool : tools) points_.push_back(points_of(tool));
-    for (std::size_t t = 0; t < tools.size(); ++t) tools_.push_back(tool_in_memory(tools[t], points_[t], *pair_));
+    for (std::size_t t = 0; t < tools.size(); ++t) tools_.push_back(tool_in_memory(tools[t], points_[t], pairs_[0]));
     if (body.files_.body_modes) modes_ = modes_in_memory(body.body_modes_);
 }
 
@@ -178,10 +185,11 @@ Touched StrokedModel::touched() const {
             body_.law_,
             body_.servo_,
             model_,
-            pair_ && tools_.empty() ? &*pair_ : nullptr,
+            !pairs_.empty() && tools_.empty() ? &pairs_.back() : nullptr,
             body_.files_.body ? &*body_.files_.body : nullptr,
             body_.files_.body_modes ? &modes_ : nullptr,
-            tools_};
+            tools_,
+            pairs_};
 }
 
 }  // namespace haptable

@@ -40,14 +40,17 @@ struct TouchMode {
     BodyKind body = {};
     bool tool = false;  ///< of a hand, in place of its finger, on a body at rest
 
+    /// Of three to eight, the number that the mode has at the most.
+    bool has_hands() const { return fingers > HAPTABLE_FINGERS; }
+
     std::string name() const {
         return std::string(word(force)) + "-" + word(god_object) + (friction ? "-friction" : "") +
-               (fingers == 2 ? "-two" : "") + (tool ? "-tool" : "") + body.name();
+               (fingers == 2 ? "-two" : "") + (has_hands() ? "-hands" : "") + (tool ? "-tool" : "") + body.name();
     }
-    bool is_coupled() const { return fingers == 2 || tool; }
+    bool is_coupled() const { return fingers > 1 || tool; }
 };
 
-/// All: force by force. A tool has forces that a compliance gives.
+/// All: force by force. Tools and hands have forces that a compliance gives.
 std::vector<TouchMode> all_modes();
 
 /// The scene touched so: friction 0.3 and 0.2, eight modes, 1,000 kg/m^3, and what else a scene has by default.
@@ -106,7 +109,8 @@ private:
 /// The servo's models of a body in one mode.
 class StrokedModel {
 public:
-    /// With these options, but for the force. body: it must outlive this object. tools: a stroke has one of them.
+    /// With these options, but for the force. body: it must outlive this object. tools: a stroke has one of them. Of
+    /// more than two fingers a stroke has three to so many.
     StrokedModel(const StrokedBody& body, const ContactOptions& contact, const std::vector<ToolTables>& tools = {});
     StrokedModel(const StrokedModel&) = delete;
     StrokedModel& operator=(const StrokedModel&) = delete;
@@ -116,7 +120,7 @@ public:
 private:
     const StrokedBody& body_;
     haptable_model model_;
-    std::optional<haptable_pair_model> pair_;
+    std::vector<haptable_pair_model> pairs_;  ///< by the number of fingers
     haptable_modes modes_{};
     std::vector<ToolPoints> points_;          ///< [t]
     std::vector<haptable_tool_model> tools_;  ///< [t]

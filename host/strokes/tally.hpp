@@ -20,7 +20,7 @@ struct Broken {
 
 struct Tally {
     std::size_t strokes = 0, ticks = 0, contact_ticks = 0;
-    std::size_t both_ticks = 0;                 ///< two fingers in contact
+    std::size_t both_ticks = 0;                 ///< two fingers in contact, or more
     std::size_t limits = 0;                     ///< of walks, slides and boxes
     std::array<std::size_t, kFaults> faulty{};  ///< strokes with each fault
     double most_given = 0.0;                    ///< given over stored, the worst stroke that met no clamp

@@ -40,7 +40,7 @@ public:
     /// On the body, N.
     Eigen::Vector3d load(std::size_t i) const { return to_vector(point(i).load_n); }
     Eigen::Vector3d dent(std::size_t i) const {
-        return to_vector(servo(i).finger_m) - to_vector(point(i).at.god_object_m);
+        return to_vector(servo(i).finger_m) - to_vector(point(i).at.god_object_m) + to_vector(point(i).sunk_m);
     }
     Eigen::Vector3d normal(std::size_t i) const { return to_vector(point(i).normal); }
     std::vector<std::size_t> pressing_points() const {

@@ -34,8 +34,9 @@ def test_faults_are_summed_by_mode_by_way_and_by_mesh():
     assert texts(made["strokes-meshes"]) == [["cube, filled", "1,250", "20", "2 force", "3 lost, 1 force"]]
 
 
-def test_a_tool_is_a_kind_of_its_own():
+def test_tools_and_hands_are_kinds_of_their_own():
     assert strokes.kind_of({"tool": True, "fingers": 1, "free": False, "rings": False}) == "tool, held"
+    assert strokes.kind_of({"tool": False, "fingers": 8, "free": False, "rings": False}) == "hands, held"
 
 
 def test_a_mode_without_strokes_is_no_clean_one():

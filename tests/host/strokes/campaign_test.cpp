@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kModes = 36;  // of the consistent force
+constexpr std::size_t kModes = 40;  // of the consistent force
 
 CampaignOptions needle_options(const fs::path& folder) {
     CampaignOptions options;

@@ -125,7 +125,7 @@ void gives_energy(SceneState& scene, const haptable_input in[], std::uint32_t us
     haptable_servo_step(&nearest, &scene.servo(0), in->finger_m, us, out);
 }
 
-/// The point of a tool whose depth is greatest.
+/// The point, of a tool or of many fingers, whose depth is greatest.
 std::size_t deepest(SceneState& scene) {
     const auto depth = [&](std::size_t i) {
         if (scene.point_state(i).is_inside == 0) return -1.0F;
@@ -134,7 +134,7 @@ std::size_t deepest(SceneState& scene) {
         return (at - god).norm();
     };
     std::size_t found = 0;
-    for (std::size_t i = 1; i < scene.tool()->points.count; ++i)
+    for (std::size_t i = 1; i < scene.scene_points()->count; ++i)
         if (depth(i) > depth(found)) found = i;
     return found;
 }
@@ -151,9 +151,19 @@ void drops_a_point(SceneState& scene, haptable_output /*out*/[]) {
     servo.counters = counters;
 }
 
+/// As where the search for those that press ends with none.
+void lets_none_press(SceneState& scene, haptable_output /*out*/[]) {
+    for (std::size_t i = 0; i < scene.scene_points()->count; ++i) {
+        scene.point_state(i).presses = 0;
+        std::fill_n(scene.point_state(i).load_n, 3, 0.0F);
+    }
+}
+
 /// As gives_energy.
-void gives_energy_by_a_tool(SceneState& scene, const haptable_input in[], std::uint32_t us, haptable_output out[]) {
-    haptable_tool_model nearest = *scene.tool();
+void gives_energy_by_points(SceneState& scene, const haptable_input in[], std::uint32_t us, haptable_output out[]) {
+    haptable_tool_model nearest{};  // its points come first
+    if (scene.tool() != nullptr) nearest = *scene.tool();
+    nearest.points = *scene.scene_points();
     nearest.points.settle = nullptr;
     const haptable_points_scene of{scene.scene(), &nearest.points};
     haptable_step(&of.scene, scene.memory(), in, us, out);
@@ -206,7 +216,7 @@ TEST_P(Spoiled, IsSeen) {
 double longest_motion(const Stroke& stroke) {
     double longest = 0.0;
     for (std::size_t k = 1; k < stroke.size(); ++k)
-        for (std::size_t f = 0; f < 2; ++f)
+        for (std::size_t f = 0; f < stroke[k].size(); ++f)
             longest = std::max(
                 longest,
                 (haptable::to_vector(stroke[k][f].data()) - haptable::to_vector(stroke[k - 1][f].data())).norm());
@@ -240,6 +250,10 @@ TouchMode by_tool(GodObject god_object, bool friction = false) {
     return {ForceLaw::kConsistent, god_object, friction, 1, {}, true};
 }
 
+TouchMode by_hands(GodObject god_object, bool friction = false) {
+    return consistent(god_object, friction, HAPTABLE_HANDS);
+}
+
 // As where a god-object went over an edge with one of its coordinates.
 constexpr auto kLosesAShare = [](SceneState& scene, haptable_output out[]) {
     if (in_contact(out[0]) && scene.servo(0).counters.ticks % 16 == 0) out->alpha[0] += 1e-6F;
@@ -267,9 +281,19 @@ constexpr auto kSwingsUp = [](SceneState& scene, haptable_output*) { scale(scene
 constexpr auto kIsNotSolved = [](SceneState& scene, haptable_output*) {
     scale(scene.point_state(deepest(scene)).load_n, 0.999F);
 };
+// And what is given is of those loads.
+constexpr auto kIsNotSolvedOfHands = [](SceneState& scene, haptable_output out[]) {
+    const std::size_t i = deepest(scene);
+    scale(scene.point_state(i).load_n, 0.999F);
+    scale(out[i].force_n, 0.999F);
+    scale(out[i].nodal_force_n, 0.999F);
+};
 constexpr auto kPulls = [](SceneState& scene, haptable_output*) {
     scale(scene.point_state(deepest(scene)).load_n, -1.0F);
 };
+// A load that the body is not pressed by, and one that its hand does not feel.
+constexpr auto kIsNotGiven = [](SceneState&, haptable_output out[]) { scale(out[2].force_n, 0.999F); };
+constexpr auto kIsNotDrawn = [](SceneState&, haptable_output out[]) { scale(out[2].nodal_force_n, 0.999F); };
 constexpr auto kTwistsTooHard = [](SceneState&, haptable_output out[]) {
     scale(reinterpret_cast<haptable_tool_output*>(out)->torque_n_m, 1.001F);
 };
@@ -296,10 +320,21 @@ const SpoiledCase kSpoiled[] = {
     {"Drags", consistent(kLeast, false, 2, kFree), Fault::kMomentum, after<kDrags>},
     {"DampsTheTurn", consistent(kNearest, false, 1, kFree), Fault::kMomentum, after<kDampsTheTurn>},
     {"DropsAPointOfATool", by_tool(kNearest), Fault::kLost, after<drops_a_point>},
+    {"LetsNoPointOfAToolPress", by_tool(kLeast), Fault::kLost, after<lets_none_press>},
     {"IsNoSolutionOfATool", by_tool(kLeast, true), Fault::kLaw, after<kIsNotSolved>},
     {"PullsByATool", by_tool(kNearest), Fault::kPull, after<kPulls>},
     {"TwistsTooHard", by_tool(kLeast), Fault::kForce, after<kTwistsTooHard>},
-    {"GivesEnergyByATool", by_tool(kLeast), Fault::kEnergy, gives_energy_by_a_tool},
+    {"GivesEnergyByATool", by_tool(kLeast), Fault::kEnergy, gives_energy_by_points},
+    {"DropsWhatIsDeepOfHands", by_hands(kNearest), Fault::kLost, after<drops_what_is_deep>},
+    {"LetsNoHandPress", by_hands(kLeast, true), Fault::kLost, after<lets_none_press>},
+    {"PushesOneHandTooHard", by_hands(kNearest), Fault::kForce, after<kPushesTooHard>},
+    {"LosesAShareOfHands", by_hands(kLeast), Fault::kArea, after<kLosesAShare>},
+    {"IsNoSolutionOfHands", by_hands(kLeast, true), Fault::kLaw, after<kIsNotSolvedOfHands>},
+    {"IsNotGivenToItsHand", by_hands(kNearest), Fault::kLaw, after<kIsNotGiven>},
+    {"IsNotDrawnOfHands", by_hands(kNearest), Fault::kLaw, after<kIsNotDrawn>},
+    {"PullsByAHand", by_hands(kNearest), Fault::kPull, after<kPulls>},
+    {"ClicksInAHand", by_hands(kNearest), Fault::kJump, after<kClicks>},
+    {"GivesEnergyToHands", by_hands(kLeast), Fault::kEnergy, gives_energy_by_points},
 };
 // clang-format on
 

@@ -33,14 +33,18 @@ void expect_promises_kept(const std::vector<std::string>& meshes, const std::vec
         }
 }
 
-enum class Hands { kAlone, kTool, kOther };
+enum class Hands { kAlone, kTool, kMany, kOther };
 
-/// Of one finger on a body at rest; of a tool; or the others.
+/// Of one finger on a body at rest; of a tool; of three to eight hands; or the others.
 std::vector<TouchMode> modes_of(Hands hands) {
     std::vector<TouchMode> modes;
     for (const TouchMode& mode : all_modes()) {
         const bool alone = mode.fingers == 1 && mode.body == BodyKind{};
-        if (hands == (mode.tool ? Hands::kTool : alone ? Hands::kAlone : Hands::kOther)) modes.push_back(mode);
+        if (hands == (mode.tool          ? Hands::kTool
+                      : mode.has_hands() ? Hands::kMany
+                      : alone            ? Hands::kAlone
+                                         : Hands::kOther))
+            modes.push_back(mode);
     }
     return modes;
 }
@@ -55,6 +59,10 @@ TEST(Strokes, OfTwoFingersAndOnWhatMovesKeepWhatIsPromised) {
 
 TEST(Strokes, OfAToolKeepWhatIsPromised) {
     expect_promises_kept({"cube-consistent", "torus"}, modes_of(Hands::kTool), 60);
+}
+
+TEST(Strokes, OfHandsKeepWhatIsPromised) {
+    expect_promises_kept({"cube-consistent", "torus"}, modes_of(Hands::kMany), 20);
 }
 
 /// A scene of these whose dents stiffen to 2.5 times, written beside its mesh.
@@ -152,7 +160,7 @@ TEST(Strokes, AreTheSameForTheSameNumbers) {
     const TemporaryFolder folder;
     const StrokeMaker maker(tables_of("needle").body({}).servo());
     for (std::uint64_t number = 0; number < 50; ++number) {
-        const int fingers = static_cast<int>(number % 3);
+        const int fingers = static_cast<int>(number % (1 + HAPTABLE_HANDS));
         const auto make = [&](std::uint64_t seed) {
             return fingers == kToolHand ? maker.make_poses(seed, number) : maker.make(seed, number, fingers);
         };
