@@ -28,6 +28,9 @@ extern "C" {
 /* Steps of the walk of a point in one of them. */
 #define HAPTABLE_POINTS_WALK_STEPS 32
 
+/* Ticks that a point may be inside of the dented surface without a load, before its contact begins anew. */
+#define HAPTABLE_POINTS_UNFELT 4
+
 struct haptable_points_model;
 
 /* Moves the points that touch to where less energy is stored. before: their loads are solved. after: the same. */
@@ -80,7 +83,7 @@ struct haptable_point {
 /* All points of a state. */
 struct haptable_points {
     float energy_j;                  /* stored by all */
-    float paid_j;                    /* with settle: the same, of T as the last search began */
+    float paid_j;                    /* with settle: the same, of T as the tick began */
     uint16_t order[HAPTABLE_POINTS]; /* of the factor's rows: points of T */
     uint16_t count;                  /* of them; 0: C has changed since */
     uint16_t sets;                   /* factorisations of the last tick */
@@ -114,14 +117,11 @@ int haptable_points_solve(const struct haptable_points_model* of, void* state, i
  * one place that no float has what C^-1 makes of its error. */
 void haptable_points_press_by_one(const struct haptable_points_model* of, void* state);
 
-/* How far a point out of T lies inside of the surface as the others dent it. */
+/* How far a point out of T lies inside of the surface as the others dent it, by its nearest god-object. */
 float haptable_point_depth(const struct haptable_points_model* of, void* state, uint32_t i);
 
-/* Ticks after which it is no step of others that will bring it back into T. */
-#define HAPTABLE_POINTS_UNFELT 4
-
-/* With settle: a point out of T that has been inside of the surface as the others dent it for so long begins anew where
- * it is, without a load: who presses it farther feels it. */
+/* With settle: a point out of T that has been inside of the dented surface for HAPTABLE_POINTS_UNFELT ticks begins anew
+ * where it is, without a load: who presses it farther feels it. */
 void haptable_point_sink(const struct haptable_points_model* of, void* state, uint32_t i);
 
 /* With settle: keeps C, and takes it back; the points are the caller's. */

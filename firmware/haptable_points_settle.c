@@ -211,6 +211,7 @@ void haptable_points_settle(const struct haptable_points_model* of, void* state)
 void haptable_points_tick(const struct haptable_points_model* of, void* state) {
     struct haptable_points* all = haptable_points_of(of, state);
     all->sets = 0;
+    all->paid_j = 0.0f;
     all->count = 0; /* no tick goes by the factor of another */
     /* Where T was not found: loads of what it is now, or of the deepest point alone. */
     if (!haptable_points_solve(of, state, HAPTABLE_POINTS_SETS) && !haptable_points_solve(of, state, 1))

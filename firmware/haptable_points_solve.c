@@ -303,10 +303,9 @@ void haptable_points_press_by_one(const struct haptable_points_model* of, void* 
     put_energy(of, state);
 }
 
-/* How far a point out of T is outside of the surface as the others dent it. */
-static float gap_of(const struct haptable_points_model* of, void* state, uint32_t i) {
-    float u[3], lowered_m[3];
-    dent_of(of, state, i, u);
+/* How far a point out of T is outside of the surface as the others dent it; u: from there as nobody dents it. */
+static float outside_of(const struct haptable_points_model* of, void* state, uint32_t i, float u[3]) {
+    float lowered_m[3];
     haptable_points_lowered(of, state, i, lowered_m);
     vec_sub(u, lowered_m, u);
     return vec_dot(u, haptable_points_in(of, state)[i].normal);
@@ -320,9 +319,11 @@ static int add(const struct haptable_points_model* of, void* state, int takes_al
     uint32_t deepest = of->count;
     int added = 0;
     for (uint32_t i = 0; i < of->count; ++i) {
+        float u[3];
         adds[i] = 0;
         if (!point[i].is_inside || point[i].presses) continue;
-        const float gap = gap_of(of, state, i);
+        dent_of(of, state, i, u);
+        const float gap = outside_of(of, state, i, u);
         if (gap < -of->pair->model->tolerance_m) adds[i] = (uint8_t)takes_all;
         if (gap >= least) continue;
         least = gap;
@@ -354,12 +355,9 @@ static void put_raised(const struct haptable_points_model* of, void* state) {
 
 float haptable_point_depth(const struct haptable_points_model* of, void* state, uint32_t i) {
     const struct haptable_servo* servo = &haptable_points_servos(of, state)[i];
-    const struct haptable_point* point = &haptable_points_in(of, state)[i];
-    float below_m[3], lowered_m[3];
-    vec_sub(servo->contact.god_object_m, servo->finger_m, below_m);
-    haptable_points_lowered(of, state, i, lowered_m);
-    vec_add(below_m, lowered_m, below_m);
-    return vec_dot(below_m, point->normal) - point->raised_m;
+    float u[3];
+    vec_sub(servo->finger_m, servo->contact.god_object_m, u);
+    return -outside_of(of, state, i, u) - haptable_points_in(of, state)[i].raised_m;
 }
 
 void haptable_point_sink(const struct haptable_points_model* of, void* state, uint32_t i) {
@@ -392,7 +390,7 @@ int haptable_points_solve(const struct haptable_points_model* of, void* state, i
             haptable_points_press_by_one(of, state);
             return 1;
         }
-        if (of->settle && set == 0) {
+        if (of->settle && all->sets == 1u) {
             put_energy(of, state);
             all->paid_j = all->energy_j;
         }
