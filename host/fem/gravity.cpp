@@ -46,8 +46,7 @@ void fill_tet(const ElementMesh& mesh, std::size_t t, const Eigen::Matrix3Xd& u,
     const std::vector<std::int32_t> nodes = nodes_of(mesh, t);
     const auto count = static_cast<Index>(nodes.size());
     const Hooke law = own_law_of(mesh, t);
-    Eigen::Matrix3Xd moves(3, count);
-    for (Index a = 0; a < count; ++a) moves.col(a) = u.col(nodes[static_cast<std::size_t>(a)]);
+    const Eigen::Matrix3Xd moves = moves_of(nodes, u);
     k.setZero(3 * count, 3 * count);
     for (const ElementPoint& p : points_of(mesh, t)) {
         const Matrix3d stress =
