@@ -4,6 +4,7 @@
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -12,9 +13,11 @@
 extern "C" {
 #include "firmware/haptable_patch.h"
 }
+#include "host/base/error.hpp"
 #include "host/base/program.hpp"
-#include "host/bench/solver.hpp"
 #include "host/bench/subject.hpp"
+#include "host/body/assembly.hpp"
+#include "host/inverse/factor.hpp"
 #include "host/view/painter.hpp"
 
 namespace {
@@ -27,20 +30,65 @@ constexpr std::size_t kTicks = 1000;       // of a path, once round a circle
 constexpr double kDepth = 0.002;           // m, under the surface
 constexpr std::size_t kErrorPatches = 50;  // patches on which equation 8 is compared with a solve
 
+template <typename Scalar>
+Eigen::Vector3d vector(const Scalar* x) {
+    return Eigen::Map<const Eigen::Matrix<Scalar, 3, 1>>(x).template cast<double>();
+}
+
+/// The tables' competitor and reference: K of a scene with its factor kept, and one sparse solve for every load.
+class Solver {
+public:
+    explicit Solver(const Scene& scene)
+        : body_(make_body(scene, make_mesh(scene.mesh))),
+          factor_(assemble_free(scene, body_)),
+          force_(factor_.size(), 1) {}
+
+    /// Displacements of all free nodes, m, under the loads; valid until the next call.
+    const Eigen::MatrixXd& solve(const std::vector<NodalForce>& loads) {
+        force_.setZero();
+        for (const NodalForce& load : loads)
+            if (const Eigen::Index unknown = unknown_of(load.node); unknown >= 0)
+                force_.middleRows<3>(unknown) += vector(load.force_n.data());
+        factor_.solve(force_, moved_);
+        return moved_;
+    }
+    /// Displacement of one mesh node in the last solution, m.
+    Eigen::Vector3d displacement(std::int32_t node) const {
+        const Eigen::Index unknown = unknown_of(node);
+        return unknown < 0 ? Eigen::Vector3d::Zero() : Eigen::Vector3d(moved_.middleRows<3>(unknown));
+    }
+
+private:
+    Eigen::Index unknown_of(std::int32_t node) const {
+        return Eigen::Index{3} * body_.unknown[static_cast<std::size_t>(node)];
+    }
+
+    Body body_;
+    Factor factor_;
+    Eigen::MatrixXd force_, moved_;  // [3 unknowns, 1]
+};
+
+/// Unit forces, not along any axis, on the three nodes of a patch.
+std::vector<NodalForce> three_loads(const Tables& tables, std::size_t patch) {
+    std::vector<NodalForce> loads;
+    for (std::int32_t node : tables.patch[patch]) loads.push_back({node, {0.3F, -0.2F, -0.9F}});
+    return loads;
+}
+
 /// A scene of the bench with everything that is measured on it.
 struct Case {
-    Case(const fs::path& scene, const fs::path& folder)
-        : subject(folder),
-          name(subject.tables().name),
+    Case(const Scene& scene, const fs::path& build)
+        : name(scene.name),
+          subject(build / name),
           solver(scene),
-          deformation(subject.tables(), folder),
-          painter(subject.tables(), folder, ViewOptions{}, true),
+          deformation(subject.tables(), subject.folder()),
+          painter(subject.tables(), subject.folder(), ViewOptions{}, true),
           sliding(subject.circle(kDepth, kTicks)),
           hovering(subject.circle(-kDepth, kTicks)),
           loads(three_loads(subject.tables(), subject.tables().patch.size() / 2)) {}
 
-    Subject subject;
     std::string name;
+    Subject subject;
     Solver solver;
     Deformation deformation;
     Painter painter;
@@ -50,7 +98,10 @@ struct Case {
 };
 
 /// Steps along a path, over and over.
-void step_along(benchmark::State& state, const Subject& subject, const FingerPath& path) {
+template <FingerPath Case::*kPath>
+void step_along(benchmark::State& state, Case& with) {
+    const Subject& subject = with.subject;
+    const FingerPath& path = with.*kPath;
     haptable_servo servo = subject.touched(path);
     haptable_output out{};
     std::size_t tick = 0;
@@ -60,10 +111,6 @@ void step_along(benchmark::State& state, const Subject& subject, const FingerPat
         tick = tick + 1 == path.size() ? 0 : tick + 1;
     }
 }
-
-void force_step(benchmark::State& state, Case& with) { step_along(state, with.subject, with.sliding); }
-
-void free_step(benchmark::State& state, Case& with) { step_along(state, with.subject, with.hovering); }
 
 /// What the walk saves: the nearest point of every patch, every tick.
 void search_all(benchmark::State& state, Case& with) {
@@ -92,7 +139,6 @@ ContactFrame pressed_frame(const Case& with) {
     haptable_servo servo = with.subject.touched(with.sliding);
     haptable_output out{};
     haptable_servo_step(&with.subject.model(), &servo, with.sliding.front().data(), 0, &out);
-    const auto vector = [](const float x[3]) { return Eigen::Map<const Eigen::Vector3f>(x).cast<double>(); };
     ContactFrame frame;
     frame.finger_known = frame.contact = true;
     frame.finger_m = vector(with.sliding.front().data());
@@ -120,8 +166,8 @@ struct Measurement {
 };
 
 constexpr std::array kMeasurements = {
-    Measurement{"force step, sliding", force_step},
-    Measurement{"force step, free", free_step},
+    Measurement{"force step, sliding", step_along<&Case::sliding>},
+    Measurement{"force step, free", step_along<&Case::hovering>},
     Measurement{"search over all patches", search_all},
     Measurement{"equation 8", equation_8},
     Measurement{"one solve", one_solve},
@@ -173,12 +219,53 @@ ordered_json measure(Cases& cases, int repetitions, double seconds) {
 /// Speed of the finger on its circle, m/s: one round in kTicks milliseconds.
 double finger_speed(const FingerPath& path) {
     double length = 0.0;
-    for (std::size_t i = 0; i < path.size(); ++i) {
-        const auto &a = path[i], &b = path[(i + 1) % path.size()];
-        length += std::hypot(static_cast<double>(b[0] - a[0]), static_cast<double>(b[1] - a[1]),
-                             static_cast<double>(b[2] - a[2]));
-    }
+    for (std::size_t i = 0; i < path.size(); ++i)
+        length += (vector(path[(i + 1) % path.size()].data()) - vector(path[i].data())).norm();
     return length / (1e-3 * static_cast<double>(path.size()));
+}
+
+/// Largest relative difference between the servo's force and equations 9 to 12 in double, from the same god-object,
+/// over the ticks of the sliding finger.
+double force_error(const Case& with) {
+    const Tables& tables = with.subject.tables();
+    const auto stiffness = [&](std::uint16_t vertex) -> Eigen::Matrix3d {
+        if (vertex >= tables.stiffness.size()) return tables.rigid_stiffness_n_per_m * Eigen::Matrix3d::Identity();
+        return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(tables.stiffness[vertex].data());
+    };
+    haptable_servo servo = with.subject.touched(with.sliding);
+    haptable_output out{};
+    double worst = 0.0;
+    for (const auto& finger : with.sliding) {
+        haptable_servo_step(&with.subject.model(), &servo, finger.data(), 0, &out);
+        if (haptable_touches(out.state) == 0)
+            throw Error(with.subject.folder().string() + ": the bench's finger lost contact: nothing was measured");
+        const Eigen::Vector3d u = vector(finger.data()) - vector(out.god_object_m);
+        Eigen::Vector3d force = Eigen::Vector3d::Zero();
+        for (int c = 0; c < 3; ++c) force -= static_cast<double>(out.alpha[c]) * (stiffness(out.vertex[c]) * u);
+        if (force.norm() > 0.99 * tables.max_force_n) continue;  // clamped
+        worst = std::max(worst, (vector(out.force_n) - force).norm() / force.norm());
+    }
+    return worst;
+}
+
+/// Largest difference between equation 8 (float32 columns) and a solve in double, as a share of the largest
+/// displacement, over patches spread over the surface.
+double displacement_error(Case& with) {
+    const Tables& tables = with.subject.tables();
+    double worst = 0.0;
+    for (std::size_t i = 0; i < kErrorPatches; ++i) {
+        const auto loads = three_loads(tables, i * tables.patch.size() / kErrorPatches);
+        const auto moved = with.deformation.displace(loads);
+        with.solver.solve(loads);
+        double largest = 0.0, difference = 0.0;
+        for (std::size_t r = 0; r < tables.row_id.size(); ++r) {
+            const Eigen::Vector3d exact = with.solver.displacement(tables.row_id[r]);
+            largest = std::max(largest, exact.norm());
+            difference = std::max(difference, (vector(&moved[3 * r]) - exact).norm());
+        }
+        if (largest > 0.0) worst = std::max(worst, difference / largest);  // 0: a patch of fixed nodes
+    }
+    return worst;
 }
 
 /// One scene's numbers: how fast its finger goes, and how far the servo and equation 8 are from double.
@@ -186,11 +273,10 @@ ordered_json to_json(Case& with) {
     ordered_json precisions;
     for (const PrecisionError& error : with.subject.precisions())
         precisions[word(error.precision)] = {{"bytes", error.bytes}, {"worst", error.worst}};
-    return {
-        {"speed_m_s", finger_speed(with.sliding)},
-        {"force_error", force_error(with.subject, with.sliding)},
-        {"displacement_error", displacement_error(with.deformation, with.solver, with.subject.tables(), kErrorPatches)},
-        {"precisions", precisions}};
+    return {{"speed_m_s", finger_speed(with.sliding)},
+            {"force_error", force_error(with)},
+            {"displacement_error", displacement_error(with)},
+            {"precisions", precisions}};
 }
 
 }  // namespace
@@ -207,8 +293,7 @@ int main(int argc, char** argv) {
     app.option("--seconds", seconds, "at least so long a repetition");
     return run_program(app, argc, argv, [&] {
         Cases cases;
-        for (const fs::path& scene : scenes)
-            cases.push_back(std::make_unique<Case>(scene, build / read_scene(scene).name));
+        for (const fs::path& scene : scenes) cases.push_back(std::make_unique<Case>(read_scene(scene), build));
         ordered_json all{{"times_s", measure(cases, repetitions, seconds)}};
         for (const auto& with : cases) all["scenes"][with->name] = to_json(*with);
         fmt::print("{}\n", all.dump());

@@ -17,22 +17,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-Vector3d vector(const float x[3]) {
-    return {static_cast<double>(x[0]), static_cast<double>(x[1]), static_cast<double>(x[2])};
-}
-
 Vector3d vector(const std::array<double, 3>& x) { return {x[0], x[1], x[2]}; }
-
-std::array<float, 3> narrow(const Vector3d& x) {
-    return {static_cast<float>(x.x()), static_cast<float>(x.y()), static_cast<float>(x.z())};
-}
-
-/// S of a vertex, from the tables in double.
-Eigen::Matrix3d stiffness(const Subject& subject, std::uint16_t vertex) {
-    const Tables& tables = subject.tables();
-    if (vertex >= tables.stiffness.size()) return tables.rigid_stiffness_n_per_m * Eigen::Matrix3d::Identity();
-    return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(tables.stiffness[vertex].data());
-}
 
 /// What is measured is the body's force, not what keeps a hand safe: a finger jumps here.
 Tables unlimited(Tables tables) {
@@ -76,7 +61,8 @@ FingerPath Subject::circle(double depth_m, std::size_t ticks) const {
         const double angle = 2.0 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(ticks);
         const double x = box.center().x() + radius * std::cos(angle);
         const double y = box.center().y() + radius * std::sin(angle);
-        path.push_back(narrow({x, y, height(x, y) - depth_m}));
+        const Eigen::Vector3f at = Vector3d(x, y, height(x, y) - depth_m).cast<float>();
+        path.push_back({at.x(), at.y(), at.z()});
     }
     return path;
 }
@@ -90,24 +76,6 @@ haptable_servo Subject::touched(const FingerPath& path) const {
     haptable_servo_step(&model_, &servo, above.data(), 0, &out);
     haptable_servo_step(&model_, &servo, path.front().data(), 0, &out);
     return servo;
-}
-
-double force_error(const Subject& subject, const FingerPath& path) {
-    haptable_servo servo = subject.touched(path);
-    haptable_output out{};
-    double worst = 0.0;
-    for (const auto& finger : path) {
-        haptable_servo_step(&subject.model(), &servo, finger.data(), 0, &out);
-        if (haptable_touches(out.state) == 0)
-            throw Error(subject.folder().string() + ": the bench's finger lost contact: nothing was measured");
-        const Vector3d u = vector(finger.data()) - vector(out.god_object_m);
-        Vector3d force = Vector3d::Zero();
-        for (int c = 0; c < 3; ++c)
-            force -= static_cast<double>(out.alpha[c]) * (stiffness(subject, out.vertex[c]) * u);
-        if (force.norm() > 0.99 * subject.tables().max_force_n) continue;  // clamped
-        worst = std::max(worst, (vector(out.force_n) - force).norm() / force.norm());
-    }
-    return worst;
 }
 
 }  // namespace haptable

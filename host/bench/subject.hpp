@@ -46,8 +46,4 @@ private:
     haptable_model model_;
 };
 
-/// Largest relative difference between the servo's force and equations 9 to 12 in double, from the same god-object,
-/// over the ticks of a path.
-double force_error(const Subject& subject, const FingerPath& path);
-
 }  // namespace haptable
