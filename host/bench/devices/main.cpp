@@ -53,21 +53,18 @@ double promised(const Device& device) {
 
 /// Stiffnesses, N/m, from which the device rings; null: none to 1e6.
 ordered_json stability_of(const Device& device) {
-    RingingLoop loop;
-    loop.device = device;
-    const double alone = ringing_stiffness(loop);
-    loop.hand = hand_named("soft");
-    const double soft = ringing_stiffness(loop);
-    loop.hand = hand_named("stiff");
-    const double stiff = ringing_stiffness(loop);
-    loop.hand = RingingLoop().hand;
-    loop.speed_m_s = std::max(device.encoder_step_m, 1e-6) / kTick_s;
+    RingingLoop alone, soft, stiff;
+    alone.device = soft.device = stiff.device = device;
+    soft.hand = hand_named("soft");
+    stiff.hand = hand_named("stiff");
+    RingingLoop slow = alone;
+    slow.speed_m_s = std::max(device.encoder_step_m, 1e-6) / kTick_s;
     return {{"delay_s", whole_delay_s(device)},
             {"promised", promised(device)},
-            {"alone", alone},
-            {"soft", soft},
-            {"stiff", stiff},
-            {"slow", ringing_stiffness(loop)},
+            {"alone", ringing_stiffness(alone)},
+            {"soft", ringing_stiffness(soft)},
+            {"stiff", ringing_stiffness(stiff)},
+            {"slow", ringing_stiffness(slow)},
             {"held", device.encoder_step_m > 0.0 ? 2.0 * device.friction_n / device.encoder_step_m : 0.0},
             {"passive", 2.0 * device.damping_n_s_per_m / kTick_s}};
 }

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -98,38 +99,29 @@ std::vector<NodePair> wanted_of(const Body& body) {
     return pairs;
 }
 
-/// Largest ||block - x_ij|| / sqrt(||L_ii|| ||L_jj||) over the wanted pairs whose column was solved for.
-class Comparison {
-public:
-    Comparison(const std::vector<NodePair>& wanted, std::size_t unknowns) : wanted_(wanted), of_column_(unknowns) {
-        for (std::size_t w = 0; w < wanted.size(); ++w) {
-            of_column_[static_cast<std::size_t>(wanted[w].column)].push_back(w);
-            if (wanted[w].row == wanted[w].column) diagonal_[wanted[w].row] = w;
+/// Largest ||block - x_ij|| / sqrt(||L_ii|| ||L_jj||) over the wanted pairs whose column was solved for: x has three
+/// columns of each node in `solved`.
+double largest_error(const std::vector<NodePair>& wanted, const Blocks& blocks, const Nodes& solved,
+                     const Eigen::MatrixXd& x) {
+    std::map<std::int32_t, Eigen::Index> column;
+    for (std::size_t c = 0; c < solved.size(); ++c) column[solved[c]] = 3 * static_cast<Eigen::Index>(c);
+    std::map<std::int32_t, double> size;  // of L_ii
+    for (std::size_t w = 0; w < wanted.size(); ++w)
+        if (wanted[w].row == wanted[w].column) size[wanted[w].row] = blocks[w].norm();
+    double largest = 0.0;
+    for (std::size_t w = 0; w < wanted.size(); ++w) {
+        const auto [row, of] = wanted[w];
+        if (const auto at = column.find(of); at != column.end()) {
+            const Eigen::Matrix3d expected = x.block<3, 3>(Eigen::Index{3} * row, at->second);
+            largest = std::max(largest, (blocks[w] - expected).norm() / std::sqrt(size.at(row) * size.at(of)));
         }
     }
-    double largest(const Blocks& blocks, const Nodes& solved, const Eigen::MatrixXd& x) const {
-        double largest = 0.0;
-        for (std::size_t c = 0; c < solved.size(); ++c)
-            for (std::size_t w : of_column_[static_cast<std::size_t>(solved[c])]) {
-                const Eigen::Matrix3d expected =
-                    x.block<3, 3>(Eigen::Index{3} * wanted_[w].row, 3 * static_cast<Eigen::Index>(c));
-                const double scale = blocks[diagonal_.at(wanted_[w].row)].norm() *  //
-                                     blocks[diagonal_.at(wanted_[w].column)].norm();
-                largest = std::max(largest, (blocks[w] - expected).norm() / std::sqrt(scale));
-            }
-        return largest;
-    }
-
-private:
-    const std::vector<NodePair>& wanted_;
-    std::vector<std::vector<std::size_t>> of_column_;
-    std::map<std::int32_t, std::size_t> diagonal_;
-};
+    return largest;
+}
 
 /// Blocked solves for all touchable nodes: timed with groups spread over them, and compared with the blocks.
 void solve_sample(const Factor& factor, const Nodes& node, const std::vector<NodePair>& wanted, const Blocks& in_double,
                   const Blocks& in_float, ordered_json& row) {
-    const Comparison comparison(wanted, static_cast<std::size_t>(factor.size()) / 3);
     const std::size_t groups = (node.size() + kBlockNodes - 1) / kBlockNodes;
     const std::size_t run = std::min(groups, kSampledGroups);
     std::size_t solved = 0;
@@ -143,8 +135,8 @@ void solve_sample(const Factor& factor, const Nodes& node, const std::vector<Nod
         if (g == 0) factor.solve(b, x);  // the first one takes its workspace from the system
         seconds += cost_of([&] { factor.solve(b, x); });
         solved += group.size();
-        double_error = std::max(double_error, comparison.largest(in_double, group, x));
-        float_error = std::max(float_error, comparison.largest(in_float, group, x));
+        double_error = std::max(double_error, largest_error(wanted, in_double, group, x));
+        float_error = std::max(float_error, largest_error(wanted, in_float, group, x));
     }
     const double sampled = static_cast<double>(solved) / static_cast<double>(node.size());
     row.update({{"solves_s", seconds / sampled},
@@ -274,8 +266,8 @@ ordered_json accuracy(int side) {
         const Nodes node = touched_unknowns(body);
         const std::vector<NodePair> wanted = wanted_of(body);
         const Factor factor(k);
-        Progress progress(true);
         const SelectedInversion inversion(factor.supernodes(), wanted);
+        Progress progress(true);
         const Blocks in_double = inversion.compute<double>(progress), in_float = inversion.compute<float>(progress);
         const Eigen::MatrixXd exact = exact_columns(k.matrix(), node);
         Eigen::MatrixXd x;
@@ -285,12 +277,11 @@ ordered_json accuracy(int side) {
             const auto column = std::find(node.begin(), node.end(), pair.column) - node.begin();
             solved.push_back(x.block<3, 3>(Eigen::Index{3} * pair.row, 3 * column));
         }
-        const Comparison comparison(wanted, static_cast<std::size_t>(factor.size()) / 3);
         all.push_back({{"name", c.name},
-                       {"double", comparison.largest(in_double, node, exact)},
-                       {"float", comparison.largest(in_float, node, exact)},
-                       {"solves", comparison.largest(solved, node, exact)},
-                       {"against_solves", comparison.largest(in_double, node, x)}});
+                       {"double", largest_error(wanted, in_double, node, exact)},
+                       {"float", largest_error(wanted, in_float, node, exact)},
+                       {"solves", largest_error(wanted, solved, node, exact)},
+                       {"against_solves", largest_error(wanted, in_double, node, x)}});
     }
     return all;
 }
