@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from lab import build, contact, scenes, told
+from lab import build, contact, cycles, scenes, told
 from lab.error import FORCES
 from lab.numbers import Topic, Topics, count, error_of, number, percent, seconds, table, to_markdown, write_topics
 from lab.scenes import Scene
@@ -271,23 +271,28 @@ _KINDS = [("sliding", "unlimited", "sliding"), ("first contact", "unlimited", "f
           ("sliding, with its limits", "limited", "sliding"), ("free, with its limits", "limited", "free")]
 
 
-def instruction_tables(raw: list[Raw]) -> Topics:
-    """raw: of haptable-count. A cell: median / 99.9 % / worst."""
-    rows, cycles = [], []
+def instruction_tables(raw: list[Raw], estimates: Sequence[Sequence[Any]] = ()) -> Topics:
+    """raw: of haptable-count. A cell: median / 99.9 % / worst. estimates: scene and target, cycles of the median sliding
+    tick and of the worst."""
+    rows = []
     for scene in raw:
         for what, limits, kind in _KINDS:
             cells = [[of[limits][kind][key] for key in ("median", "p999", "worst")] for of in scene["targets"].values()]
             rows.append([f"{scene['name']}, {what}", *(number(cell, "{:,} / {:,} / {:,}") for cell in cells),
                          percent(max(worst for *_, worst in cells) / MILLISECOND, "{:.1f} %")])
-        cycles += [[f"{scene['name']}, {target}", *map(count, of["cycles"])] for target, of in scene["targets"].items()
-                   if "cycles" in of]
     topics = {"instructions": table(["tick", *raw[0]["targets"], "worst, of 1 ms at 168 MHz"], rows)}
-    return {**topics, **({"cycles": table("sliding | median | worst", cycles)} if cycles else {})}
+    if estimates:
+        topics["cycles"] = table("sliding | median | worst", [[what, *map(count, of)] for what, *of in estimates])
+    return topics
 
 
 def instructions(folders: list[Path], out: Path | None = None) -> None:
     """Instructions of a tick on the emulated microcontrollers. Prints the tables, or writes them to `out`."""
-    topics = instruction_tables(told("haptable-count", *folders))
+    raw = told("haptable-count", *folders)
+    topics = instruction_tables(raw, [
+        [f"{scene['name']}, {target}", *of] for folder, scene in zip(folders, raw)
+        for target, counted in scene["targets"].items()
+        if None not in (of := [cycles.estimate(folder, target, tick) for tick in counted["sliding_at"]])])
     if out:
         write_topics(out, topics, "make instructions")
     else:

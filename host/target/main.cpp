@@ -12,7 +12,6 @@
 #include "host/base/error.hpp"
 #include "host/base/program.hpp"
 #include "host/target/counts.hpp"
-#include "host/target/cycles.hpp"
 #include "host/target/linked.hpp"
 #include "host/target/modes.hpp"
 #include "host/target/strokes.hpp"
@@ -31,7 +30,7 @@ struct Options {
     fs::path build = "build";
     std::vector<std::string> targets{kTargets.begin(), kTargets.end()};
     std::string path;
-    int strokes = 200;
+    int strokes = 200, trace = -1;
     bool every_mode = false, two = false, link = false;
 };
 
@@ -55,8 +54,8 @@ TargetImage own_image(const fs::path& folder, const std::string& target) {
 // ---- by what a tick does --------------------------------------------------------------------------------------------
 
 /// The sliding ticks with the median and the greatest count.
-std::pair<std::size_t, std::size_t> median_and_worst(const std::vector<TargetTick>& ticks, std::size_t fingers,
-                                                     const Counts& sliding) {
+std::array<std::size_t, 2> median_and_worst(const std::vector<TargetTick>& ticks, std::size_t fingers,
+                                            const Counts& sliding) {
     std::size_t median = 0, worst = 0;
     for (std::size_t i = 1; i < ticks.size(); ++i) {
         if (!ticks[i].touches(fingers) || !ticks[i - 1].touches(fingers)) continue;
@@ -78,18 +77,22 @@ ordered_json to_json(const TickCounts& counts) {
             {"jump", to_json(counts.jump)}};
 }
 
-/// What one scene's ticks take on every target, of fingers that have `size` coordinates: with its limits, by its own
-/// image; without, along a path that jumps; and the sliding ticks' cycles by LLVM's model, where it has one.
+/// Of fingers that have `size` coordinates, jumping from stroke to stroke.
 template <std::size_t size>
-ordered_json counts_of(const std::filesystem::path& folder) {
-    const Tables tables = read_tables(folder);
+TargetPath<size> jumping_path(const Tables& tables) {
     const auto stroke_m = stroke_path(tables, kStrokes);
-    TargetPath<size> jumping_m;
     if constexpr (size == 6)
-        jumping_m = of_two(stroke_m, kStrokes);
+        return of_two(stroke_m, kStrokes);
     else
-        jumping_m = stroke_m;
-    const auto path_m = walked(jumping_m);
+        return stroke_m;
+}
+
+/// What one scene's ticks take on every target: with its limits, by its own image; without, along a path that jumps;
+/// and which of the sliding ones are the median and the worst.
+template <std::size_t size>
+ordered_json counts_of(const fs::path& folder) {
+    const Tables tables = read_tables(folder);
+    const auto jumping_m = jumping_path<size>(tables), path_m = walked(jumping_m);
     const LoadedScene scene(unlimited(folder));
     const TargetScene measured{scene.model(), scene.pair(), scene.body(), scene.servo_modes()};
     ordered_json json{{"name", tables.name}};
@@ -97,14 +100,20 @@ ordered_json counts_of(const std::filesystem::path& folder) {
         const TargetImage image = own_image(folder, target), measuring(folder.parent_path(), "cube", target);
         const std::vector<TargetTick> ticks = image.replay(path_m);
         const TickCounts limited = count_ticks(path_m, ticks);
-        ordered_json& of = json["targets"][target];
-        of = {{"limited", to_json(limited)},
-              {"unlimited", to_json(count_ticks(jumping_m, measuring.measure(measured, jumping_m)))}};
-        const auto [median, worst] = median_and_worst(ticks, size / 3, limited.sliding);
-        const auto cycles = estimate_cycles(image, path_m, median), most = estimate_cycles(image, path_m, worst);
-        if (cycles && most) of["cycles"] = {*cycles, *most};
+        json["targets"][target] = {
+            {"limited", to_json(limited)},
+            {"unlimited", to_json(count_ticks(jumping_m, measuring.measure(measured, jumping_m)))},
+            {"sliding_at", median_and_worst(ticks, size / 3, limited.sliding)}};
     }
     return json;
+}
+
+/// The addresses of the instructions of a tick of that path, with its limits.
+template <std::size_t size>
+ordered_json trace(const Options& o) {
+    const fs::path& folder = o.folders.front();
+    return own_image(folder, o.targets.front())
+        .trace(walked(jumping_path<size>(read_tables(folder))), static_cast<std::size_t>(o.trace));
 }
 
 // ---- every tick -----------------------------------------------------------------------------------------------------
@@ -180,6 +189,7 @@ ordered_json replay(const Options& o, const TargetPath<size>& path_m) {
 }
 
 ordered_json count(const Options& o) {
+    if (o.trace >= 0) return read_pair(o.folders.front()) ? trace<6>(o) : trace<3>(o);
     if (o.path.empty()) {
         ordered_json all = ordered_json::array();
         for (const fs::path& folder : o.folders)
@@ -212,19 +222,21 @@ int main(int argc, char** argv) {
     using namespace haptable;
     CommandLine app("Counts the instructions of a servo's tick on emulated microcontrollers.", "haptable-count");
     Options o;
-    app.option("DIR", o.folders, "folders of scenes: build/cube build/mouse; of one with --path or --link").required();
+    app.option("DIR", o.folders, "folders of scenes: build/cube build/mouse; of one with --path, --trace or --link")
+        .required();
     app.option("--path", o.path,
                "every tick on hard, strokes; or a session of the scene's own image: tip, grasp, knock, squeeze, of a "
                "tool turn");
     app.option("--build", o.build, "where the cube's images are").show_default();
     app.option("--target", o.targets, "of these").delimiter(',').show_default();
     app.option("--strokes", o.strokes, "of a path").range(1, 1000000).show_default();
+    app.option("--trace", o.trace, "addresses of the instructions of that tick, on the first target");
     app.flag("--every-mode", o.every_mode, "in every mode of the tables' force");
     app.flag("--two", o.two, "two fingers, on paths of their own");
     app.flag("--link", o.link, "the servo's bytes on a Cortex-M7 instead");
     return run_program(app, argc, argv, [&] {
-        if ((o.link || !o.path.empty()) && o.folders.size() > 1)
-            throw Error("DIR: give one folder with --path or --link");
+        if ((o.link || o.trace >= 0 || !o.path.empty()) && o.folders.size() > 1)
+            throw Error("DIR: give one folder with --path, --trace or --link");
         fmt::print("{}\n", (o.link ? link(o) : count(o)).dump());
     });
 }

@@ -8,7 +8,6 @@
 #include "codegen/in_memory.hpp"
 #include "firmware/haptable_bounds.h"
 #include "host/target/counts.hpp"
-#include "host/target/cycles.hpp"
 #include "host/target/modes.hpp"
 #include "host/target/strokes.hpp"
 #include "tests/bodies.hpp"
@@ -78,21 +77,18 @@ TEST_P(Target, GivesTheBitsOfTheHost) {
     EXPECT_EQ(servo.counters.implausible, 2U);
 }
 
-// The paper's step takes 12 us at 200 MHz, 2,400 cycles; ours is under it by LLVM's model of the core.
-TEST_P(Target, AnEstimatedSlidingTickTakesFewerCyclesThanThePapers) {
+// Of which lab/cycles.py estimates the cycles.
+TEST_P(Target, ATraceIsThatOfOneTick) {
     if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
-    if (target != "cortex-m4" && target != "cortex-m7") return;  // LLVM has no model of the others
     const auto path_m = walked(stroke_path(tables(), 10));
     const std::vector<TargetTick> ticks = image.replay(path_m);
     const std::uint64_t median = count_ticks(path_m, ticks).sliding.median;
     std::size_t tick = 1;
     while (tick < ticks.size() && ticks[tick].instructions != median) ++tick;
     ASSERT_LT(tick, ticks.size());
-    ASSERT_LE(image.trace(path_m, tick).size(), median + 2);  // and the marks' own
-    const auto cycles = estimate_cycles(image, path_m, tick);
-    if (!cycles) GTEST_SKIP() << "llvm-mca is not installed (package llvm)";
-    EXPECT_GT(*cycles, median / 2);  // two a clock at the most
-    EXPECT_LT(*cycles, 2400U);
+    const std::size_t traced = image.trace(path_m, tick).size();
+    EXPECT_GE(traced, median);
+    EXPECT_LE(traced, median + 2);  // and the marks' own
 }
 
 // The bound beside the kernel: every tick costs at most its steps times the cost of a step, its boxes times that of a
