@@ -11,7 +11,7 @@ from typing import Any
 from lab import LabError, build, output_of, scenes
 from lab.numbers import Topic, count, error_of, number, table, write_topics
 from lab.scenes import contact, vary
-from lab.target import TARGETS
+from lab.target import TARGETS, stacks_of
 
 
 # ---- the servo -----------------------------------------------------------------------------------------------------
@@ -32,9 +32,7 @@ def sizes() -> Topic:
 
 
 def stacks() -> Topic:
-    """Stack of what a board calls, bytes: all in the paper's mode, a step in others. A mode's tables name the
-    functions; the call graphs are those of the cube's images, which hold every function before the linker drops what
-    no table names."""
+    """Stack of what a board calls, bytes: all in the paper's mode, a step in others."""
     def mode(force: str, god_object: str, **more: Any) -> dict[str, Any]:
         return contact(force, 0.012, god_object=god_object, **more)
     modes = {"the paper's mode": mode("interpolated", "nearest"),
@@ -43,19 +41,14 @@ def stacks() -> Topic:
              "consistent, least energy": mode("consistent", "least-energy"),
              "mask, least energy": mode("pressure-mask", "least-energy"),
              "mask, least energy, friction": mode("pressure-mask", "least-energy", friction=0.5)}
-    folder = build() / "modes/stack"
+    folder = build() / "modes/stack/tables"
     rows: dict[str, list[Any]] = {}
     for what, contacts in modes.items():
-        scenes.precompute(vary(scenes.read("cube"), contact=contacts), folder / "tables")
+        scenes.precompute(vary(scenes.read("cube"), contact=contacts), folder)
         for target in TARGETS:
-            cross = "riscv64-unknown-elf-" if target == "rv32" else "arm-none-eabi-"
-            output_of(f"{cross}gcc", "-c", "-ffreestanding", "-Ifirmware", folder / "tables/model.c", "-o",
-                      folder / "model.o")
-            found = output_of("python3", "scripts/stack.py", build() / "cube/firmware" / target, folder / "model.o",
-                              CROSS=cross)
-            for entry, stack in (line.split() for line in found.splitlines()):
-                if int(stack) > 0 and (entry == "haptable_step" or what == "the paper's mode"):
-                    rows.setdefault(f"{entry}, {what}", []).append(count(int(stack)))
+            for entry, stack in stacks_of(folder, target).items():
+                if stack > 0 and (entry == "haptable_step" or what == "the paper's mode"):
+                    rows.setdefault(f"{entry}, {what}", []).append(count(stack))
     return table(["stack, bytes", *TARGETS], [[what, *row] for what, row in rows.items() if len(row) == len(TARGETS)])
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from lab import LabError, build, say, scenes, told
+from lab import LabError, build, output_of, say, scenes, told
 from lab.error import FORCES
 from lab.numbers import Topic, Topics, count, number, percent, seconds, table, write_topics
 from lab.scenes import Scene, contact, vary
@@ -31,6 +31,15 @@ BODIES = {"cube": ("cube", 0.012), "mouse": ("mouse", 0.006), "needle": ("hard/n
 def count_ticks(folder: Path, *options: object, path: str = "hard") -> Any:
     """What haptable-count tells of a folder's ticks."""
     return told("haptable-count", folder, "--build", build(), "--path", path, *options)
+
+
+def stacks_of(tables: Path, target: str) -> dict[str, int]:
+    """Stack of what a board calls, bytes, by name. The tables name the functions; the call graphs are those of the
+    cube's images, which hold every function before the linker drops what no table names."""
+    cross, model = "riscv64-unknown-elf-" if target == "rv32" else "arm-none-eabi-", tables.with_suffix(".o")
+    output_of(f"{cross}gcc", "-c", "-ffreestanding", "-Ifirmware", tables / "model.c", "-o", model)
+    found = output_of("python3", "scripts/stack.py", build() / "cube/firmware" / target, model, CROSS=cross)
+    return {entry: int(stack) for entry, stack in (line.split() for line in found.splitlines())}
 
 
 def quantile(values: Sequence[int], fraction: float) -> int:
@@ -274,11 +283,12 @@ def cost_of(body: str, what: str, change: Change) -> tuple[list[Any], dict[str, 
     folder = build() / f"named/{body}"
     summary = scenes.precompute(vary(plain_scene(body), **change), folder, "--threads", "1")
     tables, linked = sum(summary["flash"]["table"].values()), count_ticks(folder, "--link")
+    stack = stacks_of(folder, "cortex-m7")["haptable_step"]
     one = count_ticks(folder, "--strokes", "100", "--target", "cortex-m7", path="strokes")[0]
     touching = sorted(n for n, (state,) in zip(one["instructions"], one["states"]) if state in (_CONTACT, _LIMITED))
     if not touching:
         raise LabError(f"{body}: {what}: the laboratory's finger touched nothing: no instructions were counted")
-    return [f"{body}: {what}", *map(count, (tables, linked["flash"] - tables, linked["ram"], linked["stack"])),
+    return [f"{body}: {what}", *map(count, (tables, linked["flash"] - tables, linked["ram"], stack)),
             _several(touching[len(touching) // 2], touching[-1]), seconds(sum(summary["cpu_s"].values()))], summary
 
 

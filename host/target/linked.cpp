@@ -68,11 +68,6 @@ void compile(const fs::path& tables, const fs::path& work, const fs::path& file)
                           shell_quoted(file), shell_quoted(work / (file.stem().string() + ".o"))));
 }
 
-/// The folder of the objects, beside the tables. The linker gets it by a path from elsewhere.
-StagedPath work_folder(const fs::path& tables) {
-    return StagedPath(fs::absolute(tables / "linked"), StagedKind::folder);
-}
-
 }  // namespace
 
 std::string missing_for_link(const fs::path& objects) {
@@ -83,7 +78,8 @@ std::string missing_for_link(const fs::path& objects) {
 }
 
 LinkedServo link_servo(const fs::path& tables, const fs::path& objects, const std::string& offered) {
-    const StagedPath work = work_folder(tables);
+    // Beside the tables; the linker gets it by a path from elsewhere.
+    const StagedPath work(fs::absolute(tables / "linked"), StagedKind::folder);
     write_file(work.path() / "main.c", kMain);
     for (const fs::path& file : {work.path() / "main.c", tables / "model.c", tables / "display.c"})
         if (fs::exists(file)) compile(tables, work.path(), file);
@@ -108,13 +104,6 @@ LinkedServo link_servo(const fs::path& tables, const fs::path& objects, const st
     for (std::string address, kind, name; names >> address >> kind >> name;)
         if (name.starts_with("haptable_")) linked.symbols.insert(name);
     return linked;
-}
-
-std::size_t stack_of(const fs::path& tables, const fs::path& objects) {
-    const StagedPath work = work_folder(tables);
-    compile(tables, work.path(), tables / "model.c");
-    return std::stoul(output_of(fmt::format("CROSS={} python3 scripts/stack.py {} {} haptable_step", kCross,
-                                            shell_quoted(objects), shell_quoted(work.path() / "model.o"))));
 }
 
 }  // namespace haptable

@@ -25,9 +25,6 @@ struct LinkedServo {
 LinkedServo link_servo(const std::filesystem::path& tables, const std::filesystem::path& objects,
                        const std::string& offered = "haptable_*.o");
 
-/// Bytes of stack of haptable_step, by the call graph of the functions that the tables name (scripts/stack.py).
-std::size_t stack_of(const std::filesystem::path& tables, const std::filesystem::path& objects);
-
 /// Why it cannot be linked here, in one line; empty when it can.
 std::string missing_for_link(const std::filesystem::path& objects);
 

@@ -211,7 +211,7 @@ ordered_json link(const Options& o) {
     const fs::path objects = o.build / "cube/firmware/cortex-m7";
     if (const std::string missing = missing_for_link(objects); !missing.empty()) throw Error(missing);
     const LinkedServo linked = link_servo(o.folders.front(), objects);
-    return {{"flash", linked.flash}, {"ram", linked.ram}, {"stack", stack_of(o.folders.front(), objects)}};
+    return {{"flash", linked.flash}, {"ram", linked.ram}};
 }
 
 }  // namespace
