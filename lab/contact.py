@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import functools
 import json
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -28,34 +29,33 @@ _UP = np.array([0.0, 0.0, 1.0])
 # ---- bodies: scenes in every mode, computed once. Their forces are the body's own: no limit cuts them --------------
 
 @functools.lru_cache(None)
-def _made(name: str, scene: str) -> Path:
-    folder = build() / "contact" / name
-    scenes.precompute(json.loads(scene), folder)
+def _made(scene: str) -> Path:
+    """scene: in JSON."""
+    whole = json.loads(scene)
+    folder = build() / "contact" / f"{whole['name']}-{whole['contact']['force']}-{zlib.crc32(scene.encode()):08x}"
+    scenes.precompute(whole, folder)
     return folder
 
 
-def folder_of(scene: Scene, force: str, radius: float) -> Path:
-    name = f"{scene['name']}-{force}" + (f"-{1e3 * radius:.3g}mm" if force == "pressure-mask" else "")
-    return _made(name, json.dumps(touched(scene, force, radius)))
+def folder_of(scene: Scene) -> Path:
+    return _made(json.dumps(scene))
 
 
 def with_tool(scene: Scene, radius: float) -> Path:
     """Of a disc of 12 points, 3.3 mm apart, under masks; any two places of the cube are coupled by a block."""
-    made = vary(touched(scene, "pressure-mask", radius), tables={"coupling_bytes": 20_000_000},
-                tool={"shape": "disc", "radius": 0.006, "points": 12})
-    return _made(f"{scene['name']}-disc-{1e3 * radius:.3g}mm", json.dumps(made))
+    return folder_of(vary(touched(scene, "pressure-mask", radius), tables={"coupling_bytes": 20_000_000},
+                          tool={"shape": "disc", "radius": 0.006, "points": 12}))
 
 
 def with_release(scene: Scene, force: str, god_object: str, slew: float) -> Any:
     """Of a scene without the device's limits, with release_slew, N/ms."""
-    made = vary(touched(scene, force, god_object=god_object, release_slew=slew),
-                device={"max_force": 100.0, "max_speed": "off", "max_force_rate": "off", "mean_force": "off"})
-    name = f"{scene['name']}-{force}-{god_object}-release-{slew:g}"
-    return binding.load().load(_made(name, json.dumps(made)))
+    return binding.load().load(folder_of(
+        vary(touched(scene, force, god_object=god_object, release_slew=slew),
+             device={"max_force": 100.0, "max_speed": "off", "max_force_rate": "off", "mean_force": "off"})))
 
 
 def body_of(scene: Scene, force: str, god_object: str, radius: float) -> Any:
-    return binding.load().load(folder_of(scene, force, radius), god_object=god_object, bare=True)
+    return binding.load().load(folder_of(touched(scene, force, radius)), god_object=god_object, bare=True)
 
 
 def cube_body(nodes: int, force: str, god_object: str) -> Any:
@@ -75,6 +75,12 @@ def _forces(body: Any, path: Array) -> Array:
     return body.servo().replay(path)["force"].astype(float)
 
 
+def _given(force: Array, path: Array) -> Array:
+    """Energy that is given to the user from each place of a path to the next, J."""
+    energy: Array = 0.5 * ((force[1:] + force[:-1]) * np.diff(path, axis=0)).sum(1)
+    return energy
+
+
 def stiffness_along_a_line() -> tuple[Array, Array]:
     """mm along 7 mm over the top of cubes, and N/m [points, nodes a side, force]: 1 mm deep, nu = 0.3."""
     t = -0.0035 + 1e-5 * np.arange(701)
@@ -92,11 +98,8 @@ def energy_around_a_loop() -> Array:
     corners = np.array([a + 0.0005 * _UP, a - 0.005 * _UP, b - 0.005 * _UP, b + 0.0005 * _UP, a + 0.0005 * _UP])
     place = np.arange(1601) / 400.0
     path = np.stack([np.interp(place, np.arange(5), corners[:, c]) for c in range(3)], 1)
-    columns = [place]
-    for force, god_object in MODES:
-        f = _forces(body_of(contact_cube(5), force, god_object, 0.006), path)
-        columns.append(np.append(0.0, np.cumsum(0.5e6 * ((f[1:] + f[:-1]) * np.diff(path, axis=0)).sum(1))))
-    return np.stack(columns, 1)
+    given = [_given(_forces(body_of(contact_cube(5), *mode, 0.006), path), path) for mode in MODES]
+    return np.column_stack([place, *(np.append(0.0, 1e6 * np.cumsum(energy)) for energy in given)])
 
 
 def force_over_an_edge() -> Array:
@@ -146,10 +149,8 @@ def random_loop(body: Any, random: np.random.Generator) -> Array:
     inside = start - depth * n
     across = inside + width * (np.cos(angle) * side + np.sin(angle) * np.cross(n, side))
     corners = [start + 0.001 * n, inside, across, across + (depth + 0.02) * n, start + 0.001 * n]
-    path = [corners[:1]]
-    for a, b in zip(corners, corners[1:]):
-        path.append(np.linspace(a, b, max(1, int(np.linalg.norm(b - a) / 1e-5)) + 1)[1:])
-    return np.vstack(path)
+    legs = [np.linspace(a, b, max(1, int(np.linalg.norm(b - a) / 1e-5)) + 1)[1:] for a, b in zip(corners, corners[1:])]
+    return np.vstack([corners[:1], *legs])
 
 
 def given_by(body: Any, path: Array) -> float:
@@ -157,9 +158,8 @@ def given_by(body: Any, path: Array) -> float:
     x = path.astype(np.float32).astype(float)
     felt = body.servo().replay(path)
     force = felt["force"].astype(float)
-    given = 0.5 * ((force[1:] + force[:-1]) * np.diff(x, axis=0)).sum()
     stored = np.where(felt["state"] == 2, -0.5 * (force * (x - felt["god_object"])).sum(1), 0.0).max()
-    return float(given / stored) if stored > 0.0 else 0.0
+    return float(_given(force, x).sum() / stored) if stored > 0.0 else 0.0
 
 
 def loop_table(loops: int) -> Topic:
@@ -248,7 +248,7 @@ def cost_table(repetitions: int) -> Topic:
     """What a step costs in each mode, over the paper's, sliding 2 mm deep, and how many bytes its tables have."""
     def costs(scene: Scene, radius: float) -> dict[tuple[str, str], tuple[float, int]]:
         return {(force, t["god_object"]): (float(np.median(t["tick_s"])), t["bytes"]) for force in FORCES
-                for t in time_ticks([folder_of(scene, force, radius)], 0.002, 10000, repetitions)
+                for t in time_ticks([folder_of(touched(scene, force, radius))], 0.002, 10000, repetitions)
                 if t["precision"] == "float32"}
     bodies = costs(contact_cube(5), 0.012), costs(scenes.read("mouse"), 0.006)
     return table("force | god-object | time of a step, cube | mouse | bytes of tables, cube | mouse", [
@@ -259,9 +259,8 @@ def cost_table(repetitions: int) -> Topic:
 def make(out: Path, repetitions: int = 15, loops: int = 1000) -> None:
     """What the contact modes feel like and cost, and curves for plots. repetitions: of each timing, whose median
     counts; loops: random ones of a body and mode."""
-    stiffness = curves()
     tables: dict[str, Callable[[], Topic]] = {
-        "modes-cost": lambda: cost_table(repetitions), "feel-stiffness": lambda: stiffness_table(stiffness),
+        "modes-cost": lambda: cost_table(repetitions), "feel-stiffness": lambda: stiffness_table(curves()),
         "feel-loops": lambda: loop_table(loops), "feel-change": change_table, "feel-settling": settling,
         "feel-jumps": jump_table, "feel-release": release_table}
     topics: Topics = {}

@@ -145,9 +145,9 @@ def beside(out: Path, rounds: int = 30) -> None:
     peers = sorted((build() / "peers").glob("*.so"))
 
     def times(scene: Scene, radius: float, tool_radius: float) -> Raw:
-        return told("haptable-contact", *(contact.folder_of(scene, force, radius) for force in FORCES), "--tool",
-                    contact.with_tool(scene, tool_radius), *(word for peer in peers for word in ("--peer", peer)),
-                    "--rounds", rounds)
+        folders = (contact.folder_of(scenes.touched(scene, force, radius)) for force in FORCES)
+        return told("haptable-contact", *folders, "--tool", contact.with_tool(scene, tool_radius),
+                    *(word for peer in peers for word in ("--peer", peer)), "--rounds", rounds)
     if peers:
         cube, mouse = (contact.contact_cube(5), 0.012), (scenes.read("mouse"), 0.006)
         bodies = {"cube": times(*cube, 0.012), "mouse": times(*mouse, 0.0023), "wide masks": times(*mouse, 0.006)}

@@ -82,7 +82,7 @@ class Mesh:
         return np.unique(np.sort(self.tets[:, EDGES].reshape(-1, 2), 1), axis=0)
 
     def middle(self, a: Indices, b: Indices) -> Indices:
-        """Numbers of the nodes in the middle of edges, after all corners."""
+        """Numbers of the nodes in the middle of edges, after all corners: scikit-fem's own."""
         n = len(self.x)
         key = self.edges[:, 0] * n + self.edges[:, 1]
         return n + np.searchsorted(key, np.minimum(a, b) * n + np.maximum(a, b))
@@ -101,11 +101,9 @@ class Mesh:
 
     def in_eight(self) -> "Mesh":
         """Every tetrahedron in eight: four at the corners, the octahedron between them along its shortest diagonal."""
-        x = np.vstack([self.x, self.x[self.edges].mean(1)])
-        t = self.tets
-        m = self.middles
-        between = {frozenset(p): m[:, e] for e, p in enumerate(EDGES)}
-        small = [np.column_stack([t[:, c], *(between[frozenset((c, d))] for d in range(4) if d != c)])
+        x, m = np.vstack([self.x, self.x[self.edges].mean(1)]), self.middles
+        corner = self.tets.T
+        small = [np.column_stack([corner[c], *(self.middle(corner[c], corner[d]) for d in range(4) if d != c)])
                  for c in range(4)]
         diagonals = np.array([[0, 5, 1, 2, 3, 4], [1, 3, 0, 2, 5, 4], [2, 4, 0, 1, 5, 3]])  # its ends, then the ring
         length = np.column_stack([np.linalg.norm(x[m[:, d[0]]] - x[m[:, d[1]]], axis=1) for d in diagonals])
@@ -131,27 +129,26 @@ def lame(young: float, poisson: float) -> tuple[float, float]:
 class Solid:
     """K of nodes x [N, 3], three unknowns a node, those that are held left out.
 
-    fem, element: the mesh and one displacement's element, as scikit-fem has them. order: of the nodes. pressures: at
-    the points of an element, [q] each and at right angles to one another: the change of volume is resisted by its means
-    under these alone, K = int 2 mu eps : eps + lambda D^T M^-1 D, D = int p div u, M = int p p. None: all of it is.
-    is_held: of nodes. quarter: the planes of least x and y are planes of symmetry; the top is touched, in whole fingers
-    of whose C only C_zz counts."""
+    fem, element: the mesh and one displacement's element, as scikit-fem has them. pressures: at the points of an
+    element, [q] each and at right angles to one another: the change of volume is resisted by its means under these
+    alone, K = int 2 mu eps : eps + lambda D^T M^-1 D, D = int p div u, M = int p p. None: all of it is. is_held: of
+    nodes. quarter: the planes of least x and y are planes of symmetry; the top is touched, in whole fingers of whose C
+    only C_zz counts."""
 
     def __init__(self, fem: Any, element: Any, young: float, poisson: float, is_held: Callable[[Array], Any],
-                 order: Indices | None = None, pressures: Callable[[Any], Sequence[Array]] | None = None,
-                 quarter: bool = False, top: bool = False) -> None:
+                 pressures: Callable[[Any], Sequence[Array]] | None = None, quarter: bool = False,
+                 top: bool = False) -> None:
         skfem, (lam, mu) = scikit_fem(), lame(young, poisson)
         self._basis = basis = skfem.Basis(fem, element, intorder=element.maxdeg if len(fem.t) == 8 else 2)
-        self._order = order = np.arange(basis.N) if order is None else order
         self._quarter = quarter
-        self.x: Array = basis.doflocs.T[order]
+        self.x: Array = basis.doflocs.T.copy()
         highest = fem.p[2].max()
         self._faces = fem.facets_satisfying(lambda x: x[2] == highest) if top else fem.boundary_facets()
 
-        node, axes = np.argsort(order), list(itertools.product(range(3), repeat=2))
+        axes = list(itertools.product(range(3), repeat=2))
         products = {(a, b): skfem.BilinearForm(lambda u, v, _: v.grad[a] * u.grad[b]).coo_data(basis)  # noqa: B023
                     for a, b in axes}
-        row, column = node[products[0, 0].indices]
+        row, column = products[0, 0].indices
         of = {at: product.data for at, product in products.items()}
         even, kept = mu * (of[0, 0] + of[1, 1] + of[2, 2]), lam if pressures is None else 0.0
         entries = np.stack([mu * of[b, a] + kept * of[a, b] + (even if a == b else 0.0) for a, b in axes])
@@ -170,8 +167,7 @@ class Solid:
     def _means(self, weight: Array) -> sp.csr_matrix:
         """[t, 3 N]: int weight div u of every element."""
         slopes = np.stack([(shape[0].grad * weight).sum(-1) for shape in self._basis.basis])  # [shape, axis, t]
-        node = np.argsort(self._order)[self._basis.element_dofs]
-        column = 3 * node[:, None, :] + np.arange(3)[:, None]
+        column = 3 * self._basis.element_dofs[:, None, :] + np.arange(3)[:, None]
         row = np.broadcast_to(np.arange(len(weight)), column.shape)
         return sp.csr_matrix((slopes.ravel(), (row.ravel(), column.ravel())), (len(weight), 3 * self._basis.N))
 
@@ -206,7 +202,7 @@ class Solid:
             load = skfem.LinearForm(lambda v, w: footprint.pressure(np.moveaxis(w.x, 0, -1)) * v).assemble(faces)
         if not load.sum() > 0.0:
             raise LabError("the laboratory's finger is not on the surface: no node is under it")
-        return load[self._order] / load.sum()
+        return load / load.sum()
 
     def loads(self, shares: Sequence[Array]) -> Array:
         """[free, 3 k]: of every finger a force along x, y, z."""
@@ -248,11 +244,8 @@ class Tetrahedra(Solid):
                  quadratic: bool = False, averaged: bool = False, quarter: bool = False) -> None:
         skfem, self.mesh = scikit_fem(), mesh
         fem = skfem.MeshTet(np.ascontiguousarray(mesh.x.T), np.ascontiguousarray(mesh.tets.T))
-        order = np.arange(len(mesh.x))
-        if quadratic:
-            order = np.append(order, len(mesh.x) + np.argsort(mesh.middle(*fem.edges.astype(np.int64))))
         element = skfem.ElementTetP2() if quadratic else skfem.ElementTetP1()
-        super().__init__(fem, element, young, poisson, is_held, order,
+        super().__init__(fem, element, young, poisson, is_held,
                          (lambda basis: [np.ones(basis.dx.shape[1])]) if averaged else None, quarter, top=quarter)
 
 

@@ -4,9 +4,8 @@ bench` calls this when images are made."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -46,40 +45,27 @@ def quantile(values: Sequence[int], fraction: float) -> int:
     return sorted(values)[int(fraction * (len(values) - 1))]
 
 
-@dataclass
 class Ticks:
-    """Instructions of ticks with contact before and after, and of all."""
+    """Instructions of counted ticks: of all, and of those with contact before and after. Contact is that of all
+    fingers; the first tick has none before it."""
 
-    sliding: list[int] = field(default_factory=list)
-    all: list[int] = field(default_factory=list)
-
-    def add(self, counted: dict[str, Any], skip_rejected: bool = True) -> "Ticks":
-        """Contact is that of all fingers. The first tick has none before it."""
-        states, instructions = np.array(counted["states"]), np.array(counted["instructions"])[1:]
-        touches = np.isin(states, (_CONTACT, _LIMITED)).all(1)
-        counts = (states[1:, 0] != _REJECTED) | (not skip_rejected)
-        self.all += instructions[counts].tolist()
-        self.sliding += instructions[counts & touches[:-1] & touches[1:]].tolist()
-        if not self.sliding:
-            raise LabError("the laboratory's fingers touched nothing: no instructions were counted")
-        return self
+    def __init__(self, *runs: dict[str, Any], skip_rejected: bool = True) -> None:
+        self.all: list[int] = []
+        self.sliding: list[int] = []
+        for counted in runs:
+            states, instructions = np.array(counted["states"]), np.array(counted["instructions"])[1:]
+            touches = np.isin(states, (_CONTACT, _LIMITED)).all(1)
+            counts = (states[1:, 0] != _REJECTED) | (not skip_rejected)
+            self.all += instructions[counts].tolist()
+            self.sliding += instructions[counts & touches[:-1] & touches[1:]].tolist()
+            if not self.sliding:
+                raise LabError("the laboratory's fingers touched nothing: no instructions were counted")
+        #: Of those that slide; of 99.9 % of all; of all.
+        self.median, self.most, self.worst = quantile(self.sliding, 0.5), quantile(self.all, 0.999), max(self.all)
 
     def require_below(self, bound: int, what: str) -> None:
         if self.worst > bound:
             raise LabError(f"{what}: a tick is above its bound in host/target/modes.cpp")
-
-    @property
-    def worst(self) -> int:
-        return max(self.all)
-
-    @property
-    def most(self) -> int:
-        """Of 99.9 %."""
-        return quantile(self.all, 0.999)
-
-    @property
-    def median(self) -> int:
-        return quantile(self.sliding, 0.5)
 
 
 def parts_in_time(bound: int, worst: int, time_s: float = 0.9e-3) -> str:
@@ -115,15 +101,14 @@ def with_force(scene: Scene, force: str, radius: float) -> Scene:
                                  **contact(force, radius)}}
 
 
-def modes(bodies: Sequence[str] = tuple(BODIES), targets: Sequence[str] = tuple(TARGETS), strokes: int = 200) -> Topics:
+def modes() -> Topics:
     def counted(body: str, force: str) -> list[dict[str, Any]]:
         file, radius = BODIES[body]
         folder = build() / f"modes/{body}-{force}"
         scenes.precompute(with_force(scenes.read(file), force, radius), folder)
-        found = count_ticks(folder, "--every-mode", "--target", ",".join(targets), "--strokes", strokes)
-        return [{**one, "body": body} for one in found]
+        return [{**one, "body": body} for one in count_ticks(folder, "--every-mode")]
     with ThreadPoolExecutor(2) as pool:  # the emulators are other processes
-        jobs = [pool.submit(counted, body, force) for force in FORCES for body in bodies]
+        jobs = [pool.submit(counted, body, force) for force in FORCES for body in BODIES]
         everything = [one for job in jobs for one in job.result()]
     fan = max(one["fan"] for one in everything)
     names = dict.fromkeys(one["mode"] for one in everything)
@@ -133,36 +118,29 @@ def modes(bodies: Sequence[str] = tuple(BODIES), targets: Sequence[str] = tuple(
     # A bound is that of the body's own fan; the table's is that of the largest.
     bound = {one["mode"]: one["bound"] for one in everything if one["fan"] == fan}
 
-    def ticks(mode: str, target: str, of: Sequence[str]) -> Ticks:
-        whole = Ticks()
-        for one in everything:
-            if one["mode"] == mode and one["target"] == target and one["body"] in of:
-                whole.add(one)
-        return whole
+    def ticks(mode: str, target: str, bodies: Iterable[str] = BODIES) -> Ticks:
+        return Ticks(*(one for one in everything
+                       if one["mode"] == mode and one["target"] == target and one["body"] in bodies))
 
     def cells(*found: Ticks) -> list[Topic]:
         return [_several(one.median, one.most, one.worst) for one in found]
     by_body, by_target, by_rate = [], [], []
+    others, clocks = ("cortex-m4", "cortex-m33", "rv32"), {target: (name, clock) for target, name, clock in PARTS}
     for mode in order:
-        if "cortex-m7" in targets:
-            found = [ticks(mode, "cortex-m7", [body]) for body in bodies]
-            by_body.append([mode, *cells(*found), _of_a_millisecond(max(one.worst for one in found)),
-                            count(bound[mode]), _of_a_millisecond(bound[mode])])
-        on = {target: ticks(mode, target, bodies) for target in targets}
+        found = [ticks(mode, "cortex-m7", [body]) for body in BODIES]
+        by_body.append([mode, *cells(*found), _of_a_millisecond(max(one.worst for one in found)),
+                        count(bound[mode]), _of_a_millisecond(bound[mode])])
+        on = {target: ticks(mode, target) for target in TARGETS}
         for one in on.values():
             one.require_below(bound[mode], mode)
-        others = [on[target] for target in ("cortex-m4", "cortex-m33", "rv32") if target in on]
-        by_target.append([mode, *cells(*others)])
-        by_rate.append([mode, *(in_time(clock / rate, on[target], bound[mode])
-                                for target, _, clock in RATED for rate in (5e3, 10e3) if target in on)])
-    rates = [f"{name}, {rate} kHz" for target, name, _ in RATED for rate in (5, 10) if target in targets]
-    return {"modes-by-body": table(["Cortex-M7: force, god-object", *bodies, "worst, of 1 ms", "bound", "of 1 ms"],
+        by_target.append([mode, *cells(*(on[target] for target in others))])
+        by_rate.append([mode, *(in_time(clocks[target][1] / rate, on[target], bound[mode])
+                                for target in (*others, "cortex-m7") for rate in (5e3, 10e3))])
+    rates = [f"{clocks[target][0]}, {rate} kHz" for target in (*others, "cortex-m7") for rate in (5, 10)]
+    return {"modes-by-body": table(["Cortex-M7: force, god-object", *BODIES, "worst, of 1 ms", "bound", "of 1 ms"],
                                    by_body),
-            "modes-by-target": table("force, god-object | Cortex-M4F | Cortex-M33 | rv32imafc", by_target),
+            "modes-by-target": table(["force, god-object", *(TARGETS[target] for target in others)], by_target),
             "modes-by-rate": table(["force, god-object", *rates], by_rate), "modes-fan": count(fan)}
-
-
-RATED = tuple(sorted(PARTS, key=lambda part: ("cortex-m4", "cortex-m33", "rv32", "cortex-m7").index(part[0])))
 
 
 # ---- two fingers; bodies that move ---------------------------------------------------------------------------------
@@ -177,7 +155,7 @@ def fingers() -> Topics:
         scenes.precompute(scene, folder)
         of = ("--every-mode", "--target", "cortex-m7")
         for one, two in zip(count_ticks(folder, *of), count_ticks(folder, *of, "--two")):
-            alone, both = Ticks().add(one, False), Ticks().add(two, False)
+            alone, both = Ticks(one, skip_rejected=False), Ticks(two, skip_rejected=False)
             costs.append([one["mode"], count(alone.median), count(both.median),
                           number(both.median / alone.median, "{:.2f}"), count(both.most), count(both.worst),
                           count(two["bound"]), parts_in_time(two["bound"], both.worst)])
@@ -197,7 +175,7 @@ def bodies() -> Topics:
                               ("the same, two fingers", "squeezed", "squeeze"),
                               ("the same, two fingers, that nothing holds", "wobbling", "grasp")):
         found = {one["target"]: one for one in count_ticks(build() / scene, path=path)}
-        on = [Ticks().add(found[target], False) for target in TARGETS]
+        on = [Ticks(found[target], skip_rejected=False) for target in TARGETS]
         bound = found["cortex-m7"]["bound"]
         for one in on:
             one.require_below(bound, what)

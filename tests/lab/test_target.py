@@ -17,11 +17,12 @@ def counted(*ticks):
 
 
 def test_ticks_slide_with_contact_before_and_after():
-    ticks = Ticks().add(counted((9, 1), (50, 2), (60, 2), (70, 4), (80, 1), (90, 3)))
+    ticks = Ticks(counted((9, 1), (50, 2), (60, 2), (70, 4), (80, 1), (90, 3)))
     assert ticks.sliding == [60, 70] and ticks.all == [50, 60, 70, 80], "what is rejected does not count"
-    assert Ticks().add(counted((9, 2), (5, 2), (9, 3)), skip_rejected=False).all == [5, 9]
+    assert (ticks.median, ticks.most, ticks.worst) == (60, 70, 80)
+    assert Ticks(counted((9, 2), (5, 2), (9, 3)), skip_rejected=False).all == [5, 9]
     with pytest.raises(LabError, match="touched nothing"):
-        Ticks().add(counted((9, 1), (9, 1)))
+        Ticks(counted((9, 1), (9, 1)))
     with pytest.raises(LabError, match="mode: a tick is above its bound"):
         ticks.require_below(79, "mode")
     ticks.require_below(80, "mode")
@@ -35,7 +36,7 @@ def test_parts_are_told_by_their_bound_or_by_what_was_counted():
     assert parts_in_time(100, 10) == "M33 150 MHz, M4F 168 MHz, rv32 400 MHz, M7 600 MHz"
     assert parts_in_time(400_000, 140_000) == "M7 600 MHz; counted: M4F 168 MHz, rv32 400 MHz"
     assert parts_in_time(10**9, 10**9) == "none"
-    ticks = Ticks(all=[10] * 1999 + [100], sliding=[10])
+    ticks = Ticks(counted(*[(10, 2)] * 2000, (100, 2)))
     assert [in_time(most, ticks, 1000) for most in (1000, 100, 99, 9)] == ["bound", "counted", "99.9 %", "no"]
 
 
