@@ -3,8 +3,6 @@
 
 https://chromedevtools.github.io/devtools-protocol"""
 
-from __future__ import annotations
-
 import base64
 import contextlib
 import json
@@ -89,18 +87,15 @@ class Browser:
     def command(self, method: str, **parameters: Any) -> dict[str, Any]:
         """One command of the protocol in the page, and its result."""
         self._id += 1
-        message: dict[str, Any] = {"id": self._id, "method": method, "params": parameters}
-        if self._session:
-            message["sessionId"] = self._session
-        text = json.dumps(message).encode() + b"\0"
+        session = {"sessionId": self._session} if self._session else {}
+        text = json.dumps({"id": self._id, "method": method, "params": parameters, **session}).encode() + b"\0"
         while text:
             text = text[os.write(self._to, text):]
         while (answer := self._receive()).get("id") != self._id:
             self._note(answer)
         if "error" in answer:
             raise LabError(f"{method}: {answer['error']}")
-        result: dict[str, Any] = answer["result"]
-        return result
+        return answer["result"]
 
     def mouse(self, kind: str, x: float, y: float, wheel: float = 0.0) -> None:
         """kind: "Pressed", "Moved", "Released", "Wheel"; x, y, wheel: CSS pixels."""
@@ -143,8 +138,7 @@ class Browser:
                 raise LabError("the browser is gone")
             self._received += piece
         text, self._received = self._received.split(b"\0", 1)
-        message: dict[str, Any] = json.loads(text)
-        return message
+        return json.loads(text)
 
     def _note(self, event: dict[str, Any]) -> None:
         method, parameters = event.get("method"), event.get("params", {})
@@ -166,16 +160,13 @@ def missing() -> str:
 def touch_picture(page: Path, to: Path) -> None:
     """A picture of a page that a pointer presses and drags; with two fingers one is left in its dent, and the other
     presses beside it. Raises LabError without a dent."""
-    browser = Browser()
-    try:
+    with contextlib.closing(Browser()) as browser:
         browser.open(f"file://{page.resolve()}?theme=light&ratio=1&smooth=on")
         browser.evaluate("haptable.ready")
         (_press_two if browser.evaluate("haptable.scene().fingers") == 2 else _press_and_drag)(browser)
         # Without the footer, whose rate of pictures is that of the machine that ran this.
         browser.evaluate("document.getElementById('about').style.visibility = 'hidden'; 0")
         to.write_bytes(browser.screenshot())
-    finally:
-        browser.close()
 
 
 def _want(browser: Browser, expression: str, what: str) -> None:

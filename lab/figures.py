@@ -5,11 +5,10 @@ Drawings and plots are lab.drawings and lab.plots; pictures and films are haptab
 what it is about is an error, and the one that is there stays.
 """
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -96,7 +95,6 @@ class Studio:
         self.put(name)
 
 
-Recipe = Callable[[Studio], None]
 
 
 def counts(tables: Path, key: str, least: float) -> None:
@@ -112,7 +110,7 @@ def counts(tables: Path, key: str, least: float) -> None:
 
 # ---- drawings and plots --------------------------------------------------------------------------------------------
 
-def figure_contact(s: Studio) -> None:
+def figure_contact(s: Studio, name: str) -> None:
     """From outside to 6 mm under the cube's top, at 0.1 m/s."""
     t = np.linspace(0, 1, 71)[:, None]
     s.draw(drawings.contact(s.felt("tick", "cube", np.array([0.013, 0.0165, 0.031]) + t * [-0.0012, 0.0007, -0.007])))
@@ -126,7 +124,7 @@ def _relaxation_path() -> np.ndarray:
     return top + down * [0, 0, 1]
 
 
-def figure_fingers(s: Studio) -> None:
+def figure_fingers(s: Studio, name: str) -> None:
     """Two fingers on the cube's top: the second 1 mm deep, the first to 4 mm and out again."""
     tick = np.arange(1600)
     first = np.interp(tick, [500, 900, 1000, 1400], [0, 1, 1, 0])
@@ -134,57 +132,56 @@ def figure_fingers(s: Studio) -> None:
 
     def above(x: float, depth: np.ndarray) -> np.ndarray:
         return np.column_stack([np.full(1600, x), np.full(1600, 0.0152), 0.0302 - depth])
-    s.draw(plots.fingers(s.felt("fingers", "cube-two", above(0.0113, 0.0042 * first), above(0.0188, 0.0012 * second))))
+    s.draw(plots.fingers(s.felt(name, "cube-two", above(0.0113, 0.0042 * first), above(0.0188, 0.0012 * second))))
 
 
-def figure_relaxation_sliding(s: Studio) -> None:
+def figure_relaxation_sliding(s: Studio, name: str) -> None:
     """The table of docs/MATERIALS.md, which a test measures."""
     text = Path("docs/MATERIALS.md").read_text(encoding="utf-8")
     _, found, after = text.partition("speed x time / radius")
     if not found:
-        raise LabError("docs/MATERIALS.md: has no table of 'speed x time / radius': relaxation-sliding is drawn of it")
+        raise LabError(f"docs/MATERIALS.md: has no table of 'speed x time / radius': {name} is drawn of it")
     lines = after.split("\n\n")[0].splitlines()[2:]
     s.draw(plots.relaxation_sliding(np.array([[float(cell) for cell in line.strip("|").split("|")[:3]]
                                               for line in lines])))
 
 
-def figure_measured(s: Studio) -> None:
+def figure_measured(s: Studio, name: str) -> None:
     """What was measured."""
     contact.curves()
-    plots.measured(read_numbers(), build() / "contact", s.work)
-    for name in plots.MEASURED:
-        s.put(f"{name}.svg")
+    for plot in plots.measured(read_numbers(), build() / "contact", s.work):
+        s.put(f"{plot}.svg")
 
 
 # ---- pictures ------------------------------------------------------------------------------------------------------
 
-def figure_liver_dent(s: Studio) -> None:
+def figure_liver_dent(s: Studio, name: str) -> None:
     """The dent that is there 0.1 s after the finger has left, in a session on the same path."""
     path = s.path("relaxation", _relaxation_path())
     out, felt = s.session("relaxation", "liver-capsule", path, "--seconds", 9)
     presses(felt, str(out), 0.2, 8000)
     shows(felt[felt["tick"] == 8650], f"{out}: at tick 8650", "contact", 0, 0)
-    s.view("liver-dent.png", "liver-capsule", "--log", out / "session.lcmlog", "--ticks", 8650, "--size", "640x480")
+    s.view(f"{name}.png", "liver-capsule", "--log", out / "session.lcmlog", "--ticks", 8650, "--size", "640x480")
 
 
-def figure_liver(s: Studio) -> None:
+def figure_liver(s: Studio, name: str) -> None:
     """The liver poked and dragged over, as docs/FIRST.md has it."""
-    out, felt = s.session("liver", "liver-capsule", "poke,drag", "--seconds", 6)
+    out, felt = s.session(name, "liver-capsule", "poke,drag", "--seconds", 6)
     shows(felt, str(out), "|force|", 0, 0.2)
-    s.view("liver.gif", "liver-capsule", "--log", out / "session.lcmlog", "--every", 150, "--size", "400x300",
+    s.view(f"{name}.gif", "liver-capsule", "--log", out / "session.lcmlog", "--every", 150, "--size", "400x300",
            "--elevation", 25)
 
 
-def figure_liver_spatula(s: Studio) -> None:
+def figure_liver_spatula(s: Studio, name: str) -> None:
     """A spatula pressed on the liver and turned, as docs/TOOL.md has it."""
-    out, felt = s.session("liver-spatula", "liver-spatula", "roll,tilt")
+    out, felt = s.session(name, name, "roll,tilt")
     shows(felt, str(out), "|force|", 0, 0.2)
     shows(felt, str(out), "torque_y", -1e-3, 1e-3)
-    s.view("liver-spatula.gif", "liver-spatula", "--log", out / "session.lcmlog", "--every", 150, "--size", "400x300",
+    s.view(f"{name}.gif", name, "--log", out / "session.lcmlog", "--every", 150, "--size", "400x300",
            "--elevation", 25, "--azimuth", -60, "--zoom", 0.8)
 
 
-def figure_demo(s: Studio) -> None:
+def figure_demo(s: Studio, name: str) -> None:
     """Figures 1 and 2 of the paper."""
     output_of("sh", "scripts/demo.sh", "--figures")
     demo = build() / "demo"
@@ -195,62 +192,55 @@ def figure_demo(s: Studio) -> None:
         s.put(f"{picture}.png")
 
 
-def figure_cube_ghost(s: Studio) -> None:
+def figure_cube_ghost(s: Studio, name: str) -> None:
     """The rest shape as a ghost."""
     csv = build() / "demo/cube-uz.csv"
     presses(pd.read_csv(csv), str(csv), 0.1, 150)
-    s.view("cube-ghost.png", "cube", "--csv", csv, "--ticks", 150, "--ghost", "--size", "640x480")
+    s.view(f"{name}.png", "cube", "--csv", csv, "--ticks", 150, "--ghost", "--size", "640x480")
 
 
-def figure_mouse_mesh(s: Studio) -> None:
+def figure_mouse_mesh(s: Studio, name: str) -> None:
     """A mesh as it is judged."""
     counts(build() / "mouse", "fixed_nodes", 1)
-    s.view("mouse-mesh.png", "mouse", "--mesh", "--elevation", -30, "--size", "640x480")
+    s.view(f"{name}.png", "mouse", "--mesh", "--elevation", -30, "--size", "640x480")
 
 
-def _sag(name: str, scene: str, options: str) -> Recipe:
+def _sag(s: Studio, name: str, scene: str, options: str) -> None:
     """The scene under its own weight (docs/MATERIALS.md has a picture a law)."""
-    def make(s: Studio) -> None:
-        tables = s.work / name
-        output_of(build() / "bin/haptable-precompute", f"meshes/{scene}.toml", "-o", tables, "--quiet")
-        counts(tables, "largest_sag_m", 1e-4)
-        s.view(f"{name}.png", f"figures/{name}", "--sag", "--ghost", "--size", "480x360", *options.split())
-    return make
+    tables = s.work / name
+    output_of(build() / "bin/haptable-precompute", f"meshes/{scene}.toml", "-o", tables, "--quiet")
+    counts(tables, "largest_sag_m", 1e-4)
+    s.view(f"{name}.png", f"figures/{name}", "--sag", "--ghost", "--size", "480x360", *options.split())
 
 
-def _press(name: str, scene: str, x: float, y: float, options: str) -> Recipe:
+def _press(s: Studio, name: str, scene: str, x: float, y: float, options: str) -> None:
     """Pressed 2 mm deep into the top at z = 30 mm."""
-    def make(s: Studio) -> None:
-        down = np.array([[x, y, 0.03 + 5e-4 - 2.5e-5 * i] for i in range(101)])
-        presses(s.felt(name, scene, down), name, 0.05, 100)
-        s.view(f"{name}.png", scene, "--csv", s.work / f"{name}.csv", "--ticks", 100, "--size", "480x360",
-               *options.split())
-    return make
+    down = np.array([[x, y, 0.03 + 5e-4 - 2.5e-5 * i] for i in range(101)])
+    presses(s.felt(name, scene, down), name, 0.05, 100)
+    s.view(f"{name}.png", scene, "--csv", s.work / f"{name}.csv", "--ticks", 100, "--size", "480x360",
+           *options.split())
 
 
-def _page(name: str, scene: str) -> Recipe:
+def _page(s: Studio, name: str, scene: str) -> None:
     """The page in a browser, pressed and dragged by a pointer."""
-    def make(s: Studio) -> None:
-        page = s.work / f"{name}.html"
-        output_of(build() / "bin/haptable-view", build() / scene, "--page", page, "--quiet")
-        touch_picture(page, s.work / f"{name}.png")
-        s.put(f"{name}.png")
-    return make
+    page = s.work / f"{name}.html"
+    output_of(build() / "bin/haptable-view", build() / scene, "--page", page, "--quiet")
+    touch_picture(page, s.work / f"{name}.png")
+    s.put(f"{name}.png")
 
 
 # ---- films ---------------------------------------------------------------------------------------------------------
 
-def _film(name: str, scene: str, fingers: list[Places], options: str, *wanted: tuple[str, float, float],
-          rings_after: int = 0) -> Recipe:
-    """Of fingers on paths. wanted: of `shows`; rings_after: ms after which the first mode goes to both sides."""
-    def make(s: Studio) -> None:
-        felt = s.felt(name, scene, *map(smooth, fingers))
-        for column, low, high in wanted:
-            shows(felt, name, column, low, high)
-        if rings_after:
-            shows(felt[felt["tick"] > rings_after], name, "mode_1", -1e-9, 1e-9)
-        s.view(f"{name}.gif", scene, "--csv", s.work / f"{name}.csv", *options.split())
-    return make
+def _film(s: Studio, name: str, fingers: list[Places], options: str, wanted: list[tuple[str, float, float]],
+          scene: str = "", rings_after: int = 0) -> None:
+    """Of fingers on paths, in the scene of its name or another. wanted: of `shows`; rings_after: ms after which the
+    first mode goes to both sides."""
+    felt = s.felt(name, scene or name, *map(smooth, fingers))
+    for column, low, high in wanted:
+        shows(felt, name, column, low, high)
+    if rings_after:
+        shows(felt[felt["tick"] > rings_after], name, "mode_1", -1e-9, 1e-9)
+    s.view(f"{name}.gif", scene or name, "--csv", s.work / f"{name}.csv", *options.split())
 
 
 def _at(y: float, z: float, *ms_and_x: tuple[float, float]) -> Places:
@@ -263,12 +253,13 @@ _RINGING = "--every 12 --fps 20 --size 400x320 --zoom 0.75 --azimuth -75 --eleva
 _TIMES = (0, 150, 200, 450, 550, 600, 1150)
 
 
-FIGURES: dict[str, Recipe] = {
-    "signal-path": lambda s: s.draw(drawings.signal_path()),
-    "states": lambda s: s.draw(drawings.states()),
-    "device-frames": lambda s: s.draw(drawings.device_frames()),
+#: By name: what makes it, of a studio and that name.
+FIGURES: dict[str, Callable[[Studio, str], None]] = {
+    "signal-path": lambda s, _: s.draw(drawings.signal_path()),
+    "states": lambda s, _: s.draw(drawings.states()),
+    "device-frames": lambda s, _: s.draw(drawings.device_frames()),
     "contact": figure_contact,
-    "relaxation": lambda s: s.draw(plots.relaxation(s.felt("relaxation", "liver-capsule", _relaxation_path()))),
+    "relaxation": lambda s, name: s.draw(plots.relaxation(s.felt(name, "liver-capsule", _relaxation_path()))),
     "fingers": figure_fingers,
     "relaxation-sliding": figure_relaxation_sliding,
     "measured": figure_measured,
@@ -278,40 +269,38 @@ FIGURES: dict[str, Recipe] = {
     "demo": figure_demo,
     "cube-ghost": figure_cube_ghost,
     "mouse-mesh": figure_mouse_mesh,
-    "law-bar": _sag("law-bar", "laws/bar", "--azimuth -90 --elevation 5 --zoom 0.85 --exaggerate 10"),
-    "law-ball": _sag("law-ball", "laws/ball", "--zoom 0.75 --exaggerate 3 --range 4"),
-    "law-balloon": _sag("law-balloon", "laws/balloon", "--zoom 0.75 --exaggerate 3 --range 4"),
-    "liver-sag": _sag("liver-sag", "liver-capsule", "--azimuth -90 --elevation 10 --exaggerate 4"),
-    "law-fibres": _press("law-fibres", "fibres", 0.015, 0.015,
-                         "--elevation 75 --azimuth -90 --zoom 0.9 --exaggerate 2"),
-    "law-bed": _press("law-bed", "bed", 0.0262, 0.015,
-                      "--azimuth -90 --elevation 8 --zoom 0.85 --exaggerate 3 --ghost"),
-    "touch": _page("touch", "mouse"),
-    "touch-two": _page("touch-two", "cube-two"),
+    "law-bar": partial(_sag, scene="laws/bar", options="--azimuth -90 --elevation 5 --zoom 0.85 --exaggerate 10"),
+    "law-ball": partial(_sag, scene="laws/ball", options="--zoom 0.75 --exaggerate 3 --range 4"),
+    "law-balloon": partial(_sag, scene="laws/balloon", options="--zoom 0.75 --exaggerate 3 --range 4"),
+    "liver-sag": partial(_sag, scene="liver-capsule", options="--azimuth -90 --elevation 10 --exaggerate 4"),
+    "law-fibres": partial(_press, scene="fibres", x=0.015, y=0.015,
+                          options="--elevation 75 --azimuth -90 --zoom 0.9 --exaggerate 2"),
+    "law-bed": partial(_press, scene="bed", x=0.0262, y=0.015,
+                       options="--azimuth -90 --elevation 8 --zoom 0.85 --exaggerate 3 --ghost"),
+    "touch": partial(_page, scene="mouse"),
+    "touch-two": partial(_page, scene="cube-two"),
     # A finger tip of 12 mm over the mouse: down, aside, across, back, up.
-    "mouse": _film("mouse", "mouse-mask", [
+    "mouse": partial(_film, scene="mouse-mask", fingers=[
         [(0, -15, 0, 44), (400, -15, 0, 31), (700, -15, 0, 30), (1700, 16, 13, 25), (2300, 16, -13, 25),
          (3100, -15, 0, 30), (3300, -15, 0, 30), (3700, -15, 0, 44)]],
-        "--every 80 --size 560x420 --elevation 32 --samples 4", ("|force|", 0, 0.05)),
+        options="--every 80 --size 560x420 --elevation 32 --samples 4", wanted=[("|force|", 0, 0.05)]),
     # Down onto the top of a cube that nothing holds, and along it: friction tips it over its edge, by 43 degrees.
-    "free-cube": _film("free-cube", "free-cube", [
+    "free-cube": partial(_film, fingers=[
         [(0, 15, 15, 45), (500, 15, 15, 26.5), (700, 15, 15, 26.5), (1900, 40, 15, 26.5), (2400, 40, 15, 60),
          (3000, 40, 15, 60)]],
-        "--every 50 --size 480x360 --zoom 0.5 --azimuth -60 --elevation 18", ("|force|", 0, 0.1), ("turn_w", 0.93, 1)),
+        options="--every 50 --size 480x360 --zoom 0.5 --azimuth -60 --elevation 18",
+        wanted=[("|force|", 0, 0.1), ("turn_w", 0.93, 1)]),
     # Two fingers on its sides: in, up by 24 mm, away.
-    "grasp-cube": _film("grasp-cube", "grasp-cube", [_GRASP, [(ms, 30 - x, y, z) for ms, x, y, z in _GRASP]],
-                        "--every 50 --size 480x360 --zoom 0.45 --azimuth -60 --elevation 14",
-                        ("body_z", 0.016, 0.04), ("contact2", 0, 1)),
+    "grasp-cube": partial(_film, fingers=[_GRASP, [(ms, 30 - x, y, z) for ms, x, y, z in _GRASP]],
+                          options="--every 50 --size 480x360 --zoom 0.45 --azimuth -60 --elevation 14",
+                          wanted=[("body_z", 0.016, 0.04), ("contact2", 0, 1)]),
     # A knock on a jelly's side, four times as slow: it rings.
-    "jelly": _film("jelly", "jelly", [
-        _at(15, 26, (0, -15), (120, -2), (200, 6), (260, 6), (290, -15), (900, -15))], _RINGING, ("|force|", 0, 0.03),
-        rings_after=320),
+    "jelly": partial(_film, fingers=[_at(15, 26, (0, -15), (120, -2), (200, 6), (260, 6), (290, -15), (900, -15))],
+                     options=_RINGING, wanted=[("|force|", 0, 0.03)], rings_after=320),
     # Two fingers take hold of it, pull it aside and let go, four times as slow.
-    "jelly-two": _film("jelly-two", "jelly-two", [
-        _at(15, 24, *zip(_TIMES, (-8, 3.5, 3.5, 11.5, 11.5, -16, -16))),
-        _at(15, 24, *zip(_TIMES, (38, 26.5, 26.5, 34.5, 34.5, 52, 52)))], _RINGING,
-        ("|force|", 0, 0.1), ("contact2", 0, 1), rings_after=620),
-}
+    "jelly-two": partial(_film, fingers=[_at(15, 24, *zip(_TIMES, (-8, 3.5, 3.5, 11.5, 11.5, -16, -16))),
+                                         _at(15, 24, *zip(_TIMES, (38, 26.5, 26.5, 34.5, 34.5, 52, 52)))],
+                         options=_RINGING, wanted=[("|force|", 0, 0.1), ("contact2", 0, 1)], rings_after=620)}
 
 
 def make(names: list[str], pictures: Path = Path("docs/pictures")) -> None:
@@ -321,4 +310,4 @@ def make(names: list[str], pictures: Path = Path("docs/pictures")) -> None:
             raise LabError(f"figures: no figure {name}: give any of {' '.join(FIGURES)}")
     studio = Studio(pictures)
     for name in names or FIGURES:
-        FIGURES[name](studio)
+        FIGURES[name](studio, name)

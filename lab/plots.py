@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Plots of what was measured: of docs/numbers.json, of lab.contact's curves, of a servo's CSV."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -220,8 +218,8 @@ def contact_loop(data: Path) -> Figure:
     this.must((last[:3] > 0).all(), "loops of the nearest god-object that give energy")
     this.must((last[3:] <= 0).all(), "loops of least energy that give none")
     axes = this.axes(width=8, height=4.6)
-    for force, color, nearest, least in zip(("interpolated", "consistent", "mask"), (BLUE, GREEN, VERMILION), energy[:3],
-                                            energy[3:]):
+    looks = (("interpolated", BLUE), ("consistent", GREEN), ("mask", VERMILION))
+    for (force, color), nearest, least in zip(looks, energy[:3], energy[3:]):
         axes.plot(place, nearest, color=color, label=f"{force}, nearest")
         axes.plot(place, least, "--", color=color, label=f"{force}, least energy")
     axes.set(ylabel="energy given to the user, µJ", xlabel="place on the loop", xticks=range(5),
@@ -310,16 +308,13 @@ def relaxation_sliding(rows: np.ndarray) -> Figure:
     return this
 
 
-#: By name, those that `measured` makes.
-MEASURED = ("accuracy", "error-time", "error-flash", "error-precompute", "large-strain", "stiffening",
-            "contact-line", "contact-loop", "contact-edge")
-
-
-def measured(topics: Topics, curves: Path, folder: Path) -> None:
-    """Every plot of what was measured, into `folder`; those of contact where lab.contact has left its curves."""
+def measured(topics: Topics, curves: Path, folder: Path) -> list[str]:
+    """Every plot of what was measured, into `folder`; those of contact where lab.contact has left its curves. Their
+    names."""
     plots = [accuracy(topics), *(error(topics, axis) for axis in COSTS), large_strain(topics), stiffening(topics)]
     plots += [draw(curves / f"{name}.dat") for draw, name in ((contact_line, "line"), (contact_loop, "loop"),
                                                               (contact_edge, "edge"))
               if (curves / f"{name}.dat").exists()]
     for plot in plots:
         plot.save(folder)
+    return [plot.name for plot in plots]
