@@ -5,8 +5,6 @@ Run from the project's root as ``python3 -m lab COMMAND``; ``python3 -m lab --he
 packages of lab/requirements.txt, which ``sh scripts/setup.sh lab`` installs from Debian.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """python3 -m lab COMMAND, from the project's root."""
 
-from __future__ import annotations
-
 import argparse
 import importlib
 import inspect

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The project's own Python package on this tree's library, for this Python and this process: others load it beside."""
 
-from __future__ import annotations
-
 import atexit
 import functools
 import importlib

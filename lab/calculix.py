@@ -3,8 +3,6 @@
 
 Decks are in millimetres, newtons and megapascals: ccx prints seven digits, and its tolerances suit such numbers."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 from collections.abc import Callable, Sequence
@@ -18,6 +16,11 @@ from lab import LabError
 from lab.reference import Array, Indices, Tetrahedra
 
 _MM, _MPA = 1e3, 1e-6
+
+
+def _line(*values: Any) -> str:
+    """Of a card: reals with all their digits."""
+    return ",".join(f"{v:.13g}" if isinstance(v, float) else str(v) for v in values)
 
 
 @dataclass(frozen=True)
@@ -37,33 +40,29 @@ class Deck:
 
     def model(self) -> str:
         """Nodes, elements, material and what is held."""
-        lines = ["*NODE, NSET=NALL"]
-        lines += [f"{i},{x:.13g},{y:.13g},{z:.13g}" for i, (x, y, z) in enumerate((_MM * self.x).tolist(), 1)]
-        lines += [f"*ELEMENT, TYPE=C3D{self.elements.shape[1]}, ELSET=EALL"]
-        lines += [",".join(map(str, (e, *nodes))) for e, nodes in enumerate((self.elements + 1).tolist(), 1)]
-        lines += ["*NSET, NSET=HELD", *(f"{node}," for node in (self.held + 1).tolist())]
-        if self.sections:
-            lines.append(self.sections.rstrip("\n"))
-        else:
-            lines += ["*MATERIAL, NAME=BODY", *self._material(), "*SOLID SECTION, ELSET=EALL, MATERIAL=BODY"]
+        lines = ["*NODE, NSET=NALL", *(_line(i, *x) for i, x in enumerate((_MM * self.x).tolist(), 1)),
+                 f"*ELEMENT, TYPE=C3D{self.elements.shape[1]}, ELSET=EALL",
+                 *(_line(e, *nodes) for e, nodes in enumerate((self.elements + 1).tolist(), 1)),
+                 "*NSET, NSET=HELD", *(f"{node}," for node in (self.held + 1).tolist())]
+        lines += [self.sections.rstrip("\n")] if self.sections else [
+            "*MATERIAL, NAME=BODY", *self._material(), "*SOLID SECTION, ELSET=EALL, MATERIAL=BODY"]
         return "\n".join(lines + (["*BOUNDARY", "HELD,1,3"] if len(self.held) else [])) + "\n"
 
     def _material(self) -> list[str]:
         e, nu = _MPA * self.young, self.poisson
-        density = ["*DENSITY", f"{1e-12 * self.density:.13g}"] if self.density else []
+        density = ["*DENSITY", _line(1e-12 * self.density)] if self.density else []
         if not self.large_strain:
-            return ["*ELASTIC", f"{e:.13g},{nu:.13g}", *density]
+            return ["*ELASTIC", _line(e, nu), *density]
         mu, kappa = e / (2.0 * (1.0 + nu)), e / (3.0 * (1.0 - 2.0 * nu))
         if any(self.yeoh):
-            y2, y3 = self.yeoh
-            constants = (0.5 * mu, 0.5 * mu * y2, 0.5 * mu * y3, 2.0 / kappa, 0.0, 0.0)
-            return ["*HYPERELASTIC, YEOH", ",".join(f"{c:.13g}" for c in constants), *density]
-        return ["*HYPERELASTIC, NEO HOOKE", f"{0.5 * mu:.13g},{2.0 / kappa:.13g}", *density]
+            higher = (0.5 * mu * ratio for ratio in self.yeoh)
+            return ["*HYPERELASTIC, YEOH", _line(0.5 * mu, *higher, 2.0 / kappa, 0.0, 0.0), *density]
+        return ["*HYPERELASTIC, NEO HOOKE", _line(0.5 * mu, 2.0 / kappa), *density]
 
     def step(self, forces: Array) -> str:
         at = np.flatnonzero(forces.any(1))
         lines = ["*STEP" + (", NLGEOM, INC=200" if self.large_strain else ""), "*STATIC", "*CLOAD, OP=NEW"]
-        lines += [f"{node + 1},{c + 1},{forces[node, c]:.13g}" for node in at for c in range(3)]
+        lines += [_line(node + 1, c + 1, forces[node, c]) for node in at for c in range(3)]
         # Of the increments the last alone is printed.
         return "\n".join(lines) + "\n" + self.loads + "*NODE PRINT, NSET=NALL, FREQUENCY=1000\nU\n*END STEP\n"
 
@@ -128,18 +127,17 @@ class Rigid:
         np.add.at(normal, self.triangles, np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])[:, None])
         thick = 0.1 * np.ptp(self.x, axis=0).max()
         behind = self.x - thick * normal / np.linalg.norm(normal, axis=1)[:, None]
-        lines = ["*NODE, NSET=TOOL"]
-        lines += [f"{first + i},{x:.13g},{y:.13g},{z:.13g}"
-                  for i, (x, y, z) in enumerate((_MM * np.vstack([self.x, behind])).tolist())]
-        lines += ["*ELEMENT, TYPE=C3D6, ELSET=ETOOL"]
-        elements = [f"{len(deck.elements) + 1 + e}" for e in range(len(self.triangles))]
-        lines += [",".join([e, *(str(first + count + k) for k in t), *(str(first + k) for k in t)])
-                  for e, t in zip(elements, self.triangles.tolist())]
-        lines += ["*MATERIAL, NAME=RIGID", "*ELASTIC", "1,0.3", "*SOLID SECTION, ELSET=ETOOL, MATERIAL=RIGID",
+        elements = range(len(deck.elements) + 1, len(deck.elements) + 1 + len(self.triangles))
+        lines = ["*NODE, NSET=TOOL",
+                 *(_line(first + i, *x) for i, x in enumerate((_MM * np.vstack([self.x, behind])).tolist())),
+                 "*ELEMENT, TYPE=C3D6, ELSET=ETOOL",
+                 *(_line(e, *(first + count + k for k in t), *(first + k for k in t))
+                   for e, t in zip(elements, self.triangles.tolist())),
+                 "*MATERIAL, NAME=RIGID", "*ELASTIC", "1,0.3", "*SOLID SECTION, ELSET=ETOOL, MATERIAL=RIGID",
                   "*NSET, NSET=TOUCHED", *(f"{node}," for node in (touched + 1).tolist()),
                   "*SURFACE, NAME=BODY, TYPE=NODE", "TOUCHED,", "*SURFACE, NAME=FACE", *(f"{e}, S2" for e in elements),
                   "*SURFACE INTERACTION, NAME=HARD", "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR",
-                  f"{stiffness:.13g},1e-9", "*CONTACT PAIR, INTERACTION=HARD, TYPE=NODE TO SURFACE", "BODY, FACE"]
+                  _line(stiffness, 1e-9), "*CONTACT PAIR, INTERACTION=HARD, TYPE=NODE TO SURFACE", "BODY, FACE"]
         return "\n".join(lines) + "\n"
 
 
@@ -147,7 +145,7 @@ def pressing(deck: Deck, tool: Rigid, touched: Indices, moves: Array, folder: Pa
     """[k, 3] N on the tool after each of its moves [k, 3] m, one after the other. stiffness: N/mm^3 of the contact, far
     above the body's modulus over its size. Raises LabError where ccx does not come to the end."""
     steps = ["*STEP, INC=100\n*STATIC\n1., 1., 1e-4, 1.\n*BOUNDARY\n" +
-             "".join(f"TOOL,{c + 1},{c + 1},{_MM * part:.13g}\n" for c, part in enumerate(move)) +
+             "".join(_line("TOOL", c, c, _MM * part) + "\n" for c, part in enumerate(move, 1)) +
              "*NODE PRINT, NSET=HELD, TOTALS=ONLY, FREQUENCY=1000\nRF\n*END STEP\n" for move in moves.tolist()]
     totals = _results(deck.model() + tool.cards(deck, touched, stiffness) + "".join(steps), folder,
                       lambda text: re.findall(r"total force.*\n\s*\n(.*)", text), len(moves))
@@ -168,13 +166,13 @@ def forces(deck: Deck, nodes: Indices, weights: Array, moved: Sequence[Array], f
     reference = len(deck.x) + 1
     first = np.argsort(-weights, kind="stable")  # the first term is what CalculiX eliminates
     lines = [f"*NODE, NSET=REF\n{reference},0,0,0"]
-    for c in range(1, 4):
-        lines += [f"*EQUATION\n{len(nodes) + 1}"]
-        lines += [f"{nodes[k] + 1},{c},{weights[k]:.13g}" for k in first] + [f"{reference},{c},-1"]
+    for c in (1, 2, 3):
+        lines += [f"*EQUATION\n{len(nodes) + 1}", *(_line(nodes[k] + 1, c, weights[k]) for k in first),
+                  f"{reference},{c},-1"]
     lines += ["*NSET, NSET=PRESSED", *(f"{node + 1}," for node in nodes)]
     for u in moved:
         lines += ["*STEP, NLGEOM, INC=200\n*STATIC\n*BOUNDARY",
-                  *(f"{reference},{c + 1},{c + 1},{_MM * u[c]:.13g}" for c in range(3)),
+                  *(_line(reference, c, c, _MM * by) for c, by in enumerate(u, 1)),
                   "*NODE PRINT, NSET=PRESSED, FREQUENCY=1000\nRF\n*END STEP"]
     cells = _results(deck.model() + "\n".join(lines) + "\n", folder, _blocks("forces"), len(moved), 1)
     return [one[:, 1:].sum(0) for one in cells]

@@ -2,8 +2,6 @@
 """CHOLMOD, the sparse Cholesky factorisation of SuiteSparse, by its C interface: SciPy has none, and its LU takes ten
 times the memory of a solid's factor."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import cffi

@@ -2,8 +2,6 @@
 """What the contact modes feel like and cost, for docs/CONTACT.md, and curves for its plots: `make bench`, `make
 figures`. Beside proxies, haptable-contact times ticks itself."""
 
-from __future__ import annotations
-
 import functools
 import json
 import zlib
@@ -77,8 +75,7 @@ def _forces(body: Any, path: Array) -> Array:
 
 def _given(force: Array, path: Array) -> Array:
     """Energy that is given to the user from each place of a path to the next, J."""
-    energy: Array = 0.5 * ((force[1:] + force[:-1]) * np.diff(path, axis=0)).sum(1)
-    return energy
+    return 0.5 * ((force[1:] + force[:-1]) * np.diff(path, axis=0)).sum(1)
 
 
 def stiffness_along_a_line() -> tuple[Array, Array]:

@@ -2,8 +2,6 @@
 """Cycles of a tick, estimated from below: what it executed, through LLVM's model of the core, as if flash answered at
 once and every branch was foreseen."""
 
-from __future__ import annotations
-
 import re
 import shutil
 from collections.abc import Iterable, Iterator
@@ -12,9 +10,9 @@ from pathlib import Path
 from lab import LabError, output_of, told
 from lab.numbers import write_file
 
-#: As llvm-mca takes instructions, with the same cost. In a trace branches lead nowhere: a target of cbz, which reaches
-#: 126 bytes, may be any; a call, for which llvm-mca assumes 100 cycles, is a branch, as what it calls follows. LLVM 14's
-#: Cortex-M7 knows no comparison of floats: it gets another operation of the same unit.
+#: Instructions as llvm-mca takes them, with the same cost. In a trace branches lead nowhere: a target of cbz, which
+#: reaches 126 bytes, may be any; a call, for which llvm-mca assumes 100 cycles, is a branch, as what it calls follows.
+#: LLVM 14's Cortex-M7 knows no comparison of floats: it gets another operation of the same unit.
 _SAME = [(r"^(\tcbn?z\t.*)0x[0-9a-f]+", r"\1#4"), (r"^\tbl\t", r"\tb\t"), (r"^\tblx\t", r"\tbx\t"),
          (r"^\tbx\tlr", r"\tb\t#4"), (r"^\tvcmpe?\.f32\t(s[0-9]+),.*", r"\tvabs.f32\ts31, \1")]
 _CONDITION = r"^\t([a-z]+)(eq|ne|hs|cs|lo|cc|mi|pl|vs|vc|hi|ls|ge|lt|gt|le)(?=[.\t])"

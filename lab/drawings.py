@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Drawings: how a force is made, the servo's states, frames of the device and of the body, one tick of contact."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

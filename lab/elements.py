@@ -2,8 +2,6 @@
 """What each element is worth beside the body itself: `make bench-large PART="elements elsewhere"`. Its masks'
 stiffness, its cost, and how far linear ones lock."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -3,8 +3,6 @@
 
 Ours is measured by the product's own programs and library; the body is docs/numbers.json's truth (lab.specimens)."""
 
-from __future__ import annotations
-
 import json
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -38,17 +36,15 @@ _TICK_MOTION = 4e-5  # m: 40 mm/s
 def time_ticks(folders: Sequence[Path], depth: float, ticks: int, repetitions: int) -> list[dict[str, Any]]:
     """CPU time of a tick of each folder's servo, sliding round a circle, in each precision and god-object. Keys:
     precision, god_object, bytes (of the tables), tick_s (a list, all in turn)."""
-    timed: list[dict[str, Any]] = told("haptable-bench-ticks", *folders, "--depth", depth, "--ticks", ticks,
-                                       "--repetitions", repetitions, "--every")
-    return timed
+    return told("haptable-bench-ticks", *folders, "--depth", depth, "--ticks", ticks, "--repetitions", repetitions,
+                "--every")
 
 
 def in_contact(body: Any, felt: Any) -> Array:
     """Forces of ticks that all must be in contact, N."""
     if not (felt["state"] == 2).all():
         raise LabError(f"{body.name}: the laboratory's finger lost contact: nothing was measured")
-    force: Array = felt["force"].astype(float)
-    return force
+    return felt["force"].astype(float)
 
 
 def felt_at(body: Any, place: Place, depth: float) -> Array:
@@ -143,8 +139,7 @@ class Discrete:
         return shares
 
     def stiffness(self, shares: Array) -> Array:
-        s: Array = np.linalg.inv(self.body.compliances([shares])[0])
-        return s
+        return np.linalg.inv(self.body.compliances([shares])[0])
 
 
 # ---- what one would do instead -------------------------------------------------------------------------------------

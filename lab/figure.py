@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """How every figure of the project is drawn: one style, SVG and PDF, and refused where it cannot be read."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import os

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The elements beside closed forms and beside CalculiX: `make bench-large PART=known`."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -70,37 +68,33 @@ def dimitriadis(chi: float, nu: float) -> float:
                  + 16.0 * a / p**4 * (a**3 + 3.0 * p**2 / 5.0 * b) * chi**4)
 
 
-class Layer:
-    """A quarter of a layer of thickness 1 and a sphere above it, fine to 1.6 times chi; `cells` along each edge."""
+_SPHERE = 100.0  # radius, of a layer of thickness 1: so flat that it is a paraboloid
 
-    RADIUS = 100.0  #: of the sphere: so flat that it is a paraboloid
 
-    def __init__(self, chi: float, nu: float, width: float, cells: int) -> None:
-        across = graded(0.0, width, 0.0, 1.6 * chi, cells // 2, cells - cells // 2)
-        body = quarter([across, across, np.linspace(0.0, 1.0, cells + 1)], nu)
-        self.nu = nu
-        r2 = (body.x[:, :2] ** 2).sum(1)
-        near = np.flatnonzero((body.x[:, 2] == 1.0) & (r2 < (1.52 * chi) ** 2))
-        self.fall = r2[near] / (2.0 * self.RADIUS)
-        self.c = body.inverse(3 * near + 2)
-
-    def over_hertz(self, chi: float) -> float:
-        """F over Hertz's, without friction: nodes under the sphere push, none pulls."""
-        depth = chi**2 / self.RADIUS
-        active = np.flatnonzero(depth - self.fall > 0.0)
-        while True:
-            f = np.linalg.solve(self.c[np.ix_(active, active)], depth - self.fall[active])
-            if (f > 0.0).all():
-                return float(4.0 * f.sum() / (4.0 / 3.0 / (1.0 - self.nu**2) * np.sqrt(self.RADIUS) * depth**1.5))
-            active = active[f > 0.0]
+def over_hertz(c: Array, fall: Array, chi: float, nu: float) -> float:
+    """F over Hertz's, without friction: nodes under the sphere push, none pulls. c: compliance of a quarter's nodes;
+    fall: the sphere's height above them where it begins to touch."""
+    depth = chi**2 / _SPHERE
+    active = np.flatnonzero(depth - fall > 0.0)
+    while True:
+        f = np.linalg.solve(c[np.ix_(active, active)], depth - fall[active])
+        if (f > 0.0).all():
+            return float(4.0 * f.sum() / (4.0 / 3.0 / (1.0 - nu**2) * np.sqrt(_SPHERE) * depth**1.5))
+        active = active[f > 0.0]
 
 
 def layer_over_dimitriadis(chi: float, nu: float) -> float:
     """F over Dimitriadis's, extrapolated over the mesh (its error falls with the square of the edge) and corrected for
     the width. The mean of depths around it: the rim of contact moves from node to node."""
     def mean(width: float, cells: int) -> float:
-        layer = Layer(chi, nu, width, cells)
-        return float(np.mean([layer.over_hertz(at) / dimitriadis(at, nu) for at in chi * np.linspace(0.94, 1.06, 9)]))
+        """On a quarter that is fine to 1.6 times chi; `cells` along each edge."""
+        across = graded(0.0, width, 0.0, 1.6 * chi, cells // 2, cells - cells // 2)
+        body = quarter([across, across, np.linspace(0.0, 1.0, cells + 1)], nu)
+        r2 = (body.x[:, :2] ** 2).sum(1)
+        near = np.flatnonzero((body.x[:, 2] == 1.0) & (r2 < (1.52 * chi) ** 2))
+        c, fall = body.inverse(3 * near + 2), r2[near] / (2.0 * _SPHERE)
+        return float(np.mean([over_hertz(c, fall, at, nu) / dimitriadis(at, nu)
+                              for at in chi * np.linspace(0.94, 1.06, 9)]))
     coarse, fine = mean(5.0, 14), mean(5.0, 28)
     return fine + (fine - coarse) / 3.0 + mean(8.0, 14) - coarse
 

@@ -2,8 +2,6 @@
 """What large bodies take, on one machine and over ranks of MPI: `make bench-large` calls this with the names of parts,
 everything built. Each part writes PART.json into build/report."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -27,8 +25,7 @@ def _short(value: float) -> Topic:
 
 
 def _summary(folder: Path) -> dict[str, Any]:
-    summary: dict[str, Any] = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-    return summary
+    return json.loads((folder / "summary.json").read_text(encoding="utf-8"))
 
 
 def _row(name: str, folder: Path, first: Path) -> list[Any]:

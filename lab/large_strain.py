@@ -7,8 +7,6 @@ F / F_linear = 1 + a t + b t^2 at a depth t, of a neo-Hookean body of linear tet
   gives where the finger holds still,   S = phi . K phi,   a = phi . f_2 / S,   b = (phi . f_3 + 2 v . f_2) / S
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -46,8 +44,7 @@ class NeoHooke:
         j = np.linalg.det(f)[:, None, None]
         turned = np.linalg.inv(f).transpose(0, 2, 1)
         size = (f * f).sum((1, 2))[:, None, None]
-        stress: Array = self.mu * j ** (-2.0 / 3.0) * (f - size / 3.0 * turned) + self.kappa * (j - 1.0) * j * turned
-        return stress
+        return self.mu * j ** (-2.0 / 3.0) * (f - size / 3.0 * turned) + self.kappa * (j - 1.0) * j * turned
 
     def forces(self, stress: Array) -> Array:
         """[N, 3] N that nodes ask for."""
@@ -114,8 +111,7 @@ def aside(n: Array) -> Array:
     """A unit vector at right angles."""
     is_upright = max(abs(n[0]), abs(n[1])) <= 1e-12 * abs(n[2])
     beside = np.array([0.0, -n[2], n[1]]) if is_upright else np.array([-n[1], n[0], 0.0])
-    unit: Array = beside / np.linalg.norm(beside)
-    return unit
+    return beside / np.linalg.norm(beside)
 
 
 def _depth(u: float, furthest: float) -> Any:

@@ -2,8 +2,6 @@
 """What a pressure mask adds to a run of haptable-precompute, beside a dense product of as many operations: `make
 bench-large PART=masks`."""
 
-from __future__ import annotations
-
 import time
 from pathlib import Path
 from typing import Any

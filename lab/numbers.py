@@ -6,8 +6,6 @@ is in SI units or a count; it is a list where one cell tells several (median, wo
 measured the topic, and where.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import json
@@ -84,12 +82,9 @@ def machine() -> str:
 
 def _is_cell(cell: Any) -> bool:
     """A text, or a number or several with their text."""
-    if isinstance(cell, str):
-        return True
-    if not isinstance(cell, dict) or not isinstance(cell.get("text"), str):
-        return False
-    values = cell["value"] if isinstance(cell.get("value"), list) else [cell.get("value")]
-    return bool(values) and all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in values)
+    value = cell.get("value") if isinstance(cell, dict) and isinstance(cell.get("text"), str) else None
+    values = value if isinstance(value, list) else [value]
+    return isinstance(cell, str) or (bool(values) and all(type(v) in (int, float) for v in values))
 
 
 def _require_topic(topic: Any, where: str) -> None:

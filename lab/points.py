@@ -2,8 +2,6 @@
 """What follows from the configurations that lab.error has measured: the paper's own beside them, which are
 best, the front of error against time, the order of the mask's error."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -2,8 +2,6 @@
 """Tables of what the measuring programs of host/bench tell as JSON: speed and error of the servo, ticks beside peers,
 devices, the inversion. `make bench` calls each."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -272,8 +270,8 @@ _KINDS = [("sliding", "unlimited", "sliding"), ("first contact", "unlimited", "f
 
 
 def instruction_tables(raw: list[Raw], estimates: Sequence[Sequence[Any]] = ()) -> Topics:
-    """raw: of haptable-count. A cell: median / 99.9 % / worst. estimates: scene and target, cycles of the median sliding
-    tick and of the worst."""
+    """raw: of haptable-count. A cell: median / 99.9 % / worst. estimates: a scene and target, and cycles of its median
+    sliding tick and of the worst."""
     rows = []
     for scene in raw:
         for what, limits, kind in _KINDS:

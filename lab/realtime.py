@@ -2,8 +2,6 @@
 """A session in real time beside one with a servo that does nothing, on a quiet machine and on a busy one: what the loop
 adds to what LCM and the kernel take. `make bench-realtime`."""
 
-from __future__ import annotations
-
 import os
 import resource
 import signal

@@ -5,8 +5,6 @@ C = w^T K^-1 w, m/N: the mean displacement, weighted by the finger's pressure, u
 bricks with a linear pressure in each (they do not lock).
 """
 
-from __future__ import annotations
-
 import functools
 import itertools
 from collections.abc import Callable, Sequence

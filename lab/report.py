@@ -2,8 +2,6 @@
 """build/report: index.html, one page of what was measured; configurations.html, which a reader sorts and filters;
 csv/TOPIC.csv, every table as values in SI units."""
 
-from __future__ import annotations
-
 import html
 import json
 import os

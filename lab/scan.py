@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """How a surface is filled that has the noise of a scanner: `make bench-large PART=scan`."""
 
-from __future__ import annotations
-
 import base64
 import re
 import zlib

@@ -2,8 +2,6 @@
 """haptable-keys | python3 -m lab.scene_keys PAGE SCHEMA: the keys of a scene for people (docs/SCENE.md) and for editors
 (docs/scene.schema.json, JSON Schema draft 7), as host/scene/keys.cpp has them."""
 
-from __future__ import annotations
-
 import json
 import re
 import sys

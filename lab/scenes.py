@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Scene files as dictionaries, for measurements that change a key or two."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import tomllib
@@ -71,5 +69,4 @@ def precompute(scene: Scene, folder: Path, *options: str) -> dict[str, Any]:
                            stderr=subprocess.PIPE, text=True, check=False)
     if ended.returncode != 0:
         raise LabError(f"{ended.stderr.strip()} (haptable-precompute ended with status {ended.returncode})")
-    summary: dict[str, Any] = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-    return summary
+    return json.loads((folder / "summary.json").read_text(encoding="utf-8"))

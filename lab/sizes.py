@@ -2,8 +2,6 @@
 """Bytes: of the servo on the microcontrollers (docs/MICROCONTROLLER.md), of a page (docs/TOUCH.md). `make bench` calls
 this when images and pages' parts are made."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any

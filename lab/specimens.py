@@ -2,8 +2,6 @@
 """The bodies that speed and error are measured on: their meshes, the places that are pressed, and how stiff the body
 itself is there."""
 
-from __future__ import annotations
-
 import itertools
 import re
 from collections.abc import Callable, Sequence

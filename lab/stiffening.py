@@ -5,8 +5,6 @@ PART=stiffening`.
 F = Psi'(e) C^-1 u,   e = 1/2 u . C^-1 u:   u the mean displacement of the nodes under the finger, C and Psi' the
 tables' own. CalculiX has the same tetrahedra with Yeoh's material, and gives the force that holds them at u."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -56,8 +54,7 @@ class Finger:
     def force(self, u: Array, curve: Curve | None) -> Array:
         """N; without a curve the linear one."""
         linear = self.stiffness @ u
-        felt: Array = (1.0 if curve is None else curve.factor(0.5 * float(u @ linear))) * linear
-        return felt
+        return (1.0 if curve is None else curve.factor(0.5 * float(u @ linear))) * linear
 
 
 def stiffening_scene(body: str) -> Scene:

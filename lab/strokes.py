@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The tables of docs/STROKES.md, of the counts that haptable-strokes writes: `make strokes`."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import re

@@ -2,8 +2,6 @@
 """Instructions of a tick on microcontrollers, and what a scene pays for what it names (docs/COSTS.md, docs/data): `make
 bench` calls this when images are made."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path

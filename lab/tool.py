@@ -2,8 +2,6 @@
 """Rigid tools pressed into a cube: a sampled sphere beside CalculiX's contact on the same tetrahedra and Hertz, a
 sampled flat punch and its tilt beside closed forms."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -32,8 +30,7 @@ def scene(nodes_per_side: int, points: int, angle: float, mask_radius: float) ->
 
 def hertz(depth: Array) -> Array:
     """N, on a half-space."""
-    force: Array = 4.0 / 3.0 * YOUNG / (1.0 - POISSON**2) * np.sqrt(RADIUS) * depth**1.5
-    return force
+    return 4.0 / 3.0 * YOUNG / (1.0 - POISSON**2) * np.sqrt(RADIUS) * depth**1.5
 
 
 def cap(angle: float, rings: int, around: int) -> Rigid:
@@ -57,8 +54,7 @@ def by_calculix(folder: Path) -> Array:
     sphere = cap(np.radians(60.0), 14, 32)
     above = Rigid(sphere.x + [0.5 * SIDE, 0.5 * SIDE, SIDE + RADIUS + _GAP], sphere.triangles)
     moves = np.outer(DEPTHS + _GAP, [0.0, 0.0, -1.0])
-    force: Array = pressing(deck, above, np.flatnonzero(x[:, 2] > SIDE - 1e-9), moves, folder.with_suffix(".ccx"))[:, 2]
-    return force
+    return pressing(deck, above, np.flatnonzero(x[:, 2] > SIDE - 1e-9), moves, folder.with_suffix(".ccx"))[:, 2]
 
 
 def by_tool(folder: Path) -> Array:
@@ -70,8 +66,7 @@ def by_tool(folder: Path) -> Array:
         rest.append(len(depth) - 1)
     handle = np.column_stack([np.full((len(depth), 2), 0.5 * SIDE), SIDE + RADIUS - np.array(depth)])
     felt = binding.load().load(str(folder)).tool().replay(handle, np.tile([1.0, 0.0, 0.0, 0.0], (len(depth), 1)))
-    force: Array = felt["force"][rest, 2].astype(float)
-    return force
+    return felt["force"][rest, 2].astype(float)
 
 
 def punch(nodes_per_side: int, points: int, radius: float, folder: Path) -> tuple[float, float, float]:
