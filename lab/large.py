@@ -3,16 +3,19 @@
 everything built. Each part writes PART.json into build/report."""
 
 import json
+import time
+import timeit
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from lab import (LabError, build, elements, known, large_strain, masks, output_of, own, say, scan, scenes, specimens,
-                 stiffening)
-from lab.numbers import Topic, Topics, error_of, number, read_numbers, table, write_file, write_topics
-from lab.scenes import vary
+from lab import LabError, build, elements, known, large_strain, output_of, own, say, scan, scenes, specimens, stiffening
+from lab.cholmod import one_thread
+from lab.numbers import (Topic, Topics, count, error_of, number, read_numbers, seconds, table, write_file,
+                         write_topics)
+from lab.scenes import touched, vary
 
 _SCANNED = Path("../shared/meshes/pepper_big.vtu")
 
@@ -56,6 +59,36 @@ def runs_table(runs: list[tuple[str, Path]]) -> Topic:
     return table("run | nodes | factor nonzeros | operations | factor CPU s | blocks CPU s | columns CPU s | "
                  "all, elapsed s | all, CPU s | peak MB | stiffness.npy: difference",
                  [_row(name, folder, first.setdefault(_summary(folder)["body_hash"], folder)) for name, folder in runs])
+
+
+# ---- what a pressure mask adds to a run, beside a dense product of as many operations --------------------------------
+
+MASK_COLUMNS = ["body, radius", "nodes", "places", "most nodes under one", "pairs", "operations", "masks", "planned",
+                "blocks", "products", "files, C", "all", "dense product", "ratio"]
+
+
+def dense_rate() -> float:
+    """Operations a second of a large dense product, the fastest of three, one thread."""
+    one_thread()
+    a = np.ones((1000, 1000))
+    return 2.0 * len(a)**3 / min(timeit.repeat(lambda: a @ a, timer=time.process_time, number=1, repeat=3))
+
+
+def mask_row(name: str, scene: scenes.Scene, radius: float, folder: Path, rate: float) -> list[Any]:
+    """rate: of dense_rate(). The pairs are planned with the factor's pattern; files are written and checked, as numbers
+    and as C."""
+    masked = scenes.precompute(touched(scene, "pressure-mask", radius), folder / "with", "--threads", "1")
+    plain = scenes.precompute({**scene, "contact": {}}, folder / "without", "--threads", "1")["cpu_s"]
+    cost, mask = masked["cpu_s"], masked["contact"]["mask"]
+
+    def more(*stages: str) -> float:
+        return max(0.0, sum(cost[stage] - plain[stage] for stage in stages))
+    parts = [cost["masks"], more("analysis"), cost["mask_blocks"], cost["mask_products"], more("write", "codegen")]
+    flops = mask["flops"] + mask["product_flops"]
+    dense_s = flops / rate
+    return [f"{name}, {1e3 * radius:g} mm", f"{masked['counts']['nodes']:,}",
+            *(count(mask[key]) for key in ("places", "most_nodes", "pairs")), number(flops, "{:.2g}"),
+            *map(seconds, (*parts, sum(parts), dense_s)), number(sum(parts) / dense_s, "{:.1f}")]
 
 
 # ---- parts ---------------------------------------------------------------------------------------------------------
@@ -115,11 +148,23 @@ def _scale(_: Topics, folder: Path) -> Topics:
     return {"scale-runs": runs_table(runs.done)}
 
 
+def _masks(_: Topics, folder: Path) -> Topics:
+    """Cubes, and the mouse of meshes/mouse-mask.toml in two elements."""
+    mouse, rate, rows = scenes.read("mouse-mask"), dense_rate(), []
+    bodies = [("cube", specimens.cube_scene(side, 0.3, top=False), 0.004) for side in (12, 20, 28, 40)]
+    bodies += [(f"{mouse['name']}, {element}", vary(mouse, mesh={"element": element}), mouse["contact"]["mask_radius"])
+               for element in ("linear", "quadratic")]
+    for name, scene, radius in bodies:
+        say("masks:", name, scene["mesh"].get("nodes_per_side", ""))
+        rows.append(mask_row(name, scene, radius, folder / "masks", rate))
+    return {"mask-costs": table(MASK_COLUMNS, rows)}
+
+
 #: By name: what makes topics, of those that are known, and a folder.
 PARTS: dict[str, Callable[[Topics, Path], Topics]] = {
     "large": _large, "scale": _scale,
     "scan": lambda _, folder: scan.filling(scan.read_compressed(_SCANNED), folder / "scan"),
-    "masks": lambda _, folder: masks.costs(folder),
+    "masks": _masks,
     "truth": lambda _, folder: {"truth": specimens.truth_table(folder)},
     "known": lambda _, folder: {"known": known.known_answers(folder / "known")},
     "large-strain": large_strain.large_strain,

@@ -24,10 +24,8 @@ def _with_paper(columns: list[str], rows: list[list[Any]]) -> list[list[Any]]:
         same = [i for i, row in enumerate(rows) if row[:2] == [body, mesh] and row[at["precision"]] != "float64"]
         ours = next((rows[i] for i in same if rows[i][at["force"]] == "interpolated"), None)
         if ours is not None:
-            paper = list(ours)
-            paper[at["force"]], paper[at["precision"]], paper[at["tick"]] = _PAPER, "", seconds(tick_s)
-            paper[at["flash"]] = paper[at["precompute"]] = ""  # it does not tell
-            rows.insert(same[-1] + 1, paper)
+            theirs = {"force": _PAPER, "precision": "", "tick": seconds(tick_s), "flash": "", "precompute": ""}
+            rows.insert(same[-1] + 1, [theirs.get(name, cell) for name, cell in zip(columns, ours)])
     return rows
 
 

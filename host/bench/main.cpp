@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 extern "C" {
 #include "firmware/haptable_patch.h"
@@ -174,28 +175,9 @@ constexpr std::array kMeasurements = {
     Measurement{"draw", draw},
 };
 
-/// Collects the runs' times, s, by measurement and scene, and stays silent.
-class Collector : public benchmark::BenchmarkReporter {
-public:
-    explicit Collector(ordered_json& times) : times_(times) {}
-    bool ReportContext(const Context&) override { return true; }
-    void ReportRuns(const std::vector<Run>& runs) override {
-        for (const Run& run : runs) {
-            if (run.run_type != Run::RT_Iteration) continue;
-            const std::string name = run.run_name.function_name;
-            const auto colon = name.find(':');
-            ordered_json& time = times_[name.substr(colon + 1)][name.substr(0, colon)];
-            time["cpu"].push_back(run.GetAdjustedCPUTime() * 1e-9);
-            time["elapsed"].push_back(run.GetAdjustedRealTime() * 1e-9);
-        }
-    }
-
-private:
-    ordered_json& times_;
-};
-
 using Cases = std::vector<std::unique_ptr<Case>>;
 
+/// The runs of "SCENE:MEASUREMENT/...", as Google Benchmark tells them.
 ordered_json measure(Cases& cases, int repetitions, double seconds) {
     for (const Measurement& measurement : kMeasurements)
         for (const auto& with : cases)
@@ -210,10 +192,12 @@ ordered_json measure(Cases& cases, int repetitions, double seconds) {
     std::array<char*, 2> arguments{program.data(), interleave.data()};
     int count = 2;
     benchmark::Initialize(&count, arguments.data());
-    ordered_json times;
-    Collector collector(times);
-    benchmark::RunSpecifiedBenchmarks(&collector);
-    return times;
+    std::ostringstream told;
+    benchmark::JSONReporter reporter;
+    reporter.SetOutputStream(&told);
+    reporter.SetErrorStream(&told);
+    benchmark::RunSpecifiedBenchmarks(&reporter);
+    return ordered_json::parse(told.str())["benchmarks"];
 }
 
 /// Speed of the finger on its circle, m/s: one round in kTicks milliseconds.
@@ -294,7 +278,7 @@ int main(int argc, char** argv) {
     return run_program(app, argc, argv, [&] {
         Cases cases;
         for (const fs::path& scene : scenes) cases.push_back(std::make_unique<Case>(read_scene(scene), build));
-        ordered_json all{{"times_s", measure(cases, repetitions, seconds)}};
+        ordered_json all{{"runs", measure(cases, repetitions, seconds)}};
         for (const auto& with : cases) all["scenes"][with->name] = to_json(*with);
         fmt::print("{}\n", all.dump());
     });

@@ -9,6 +9,7 @@ import pytest
 
 from lab import LabError, large
 from lab.numbers import texts
+from lab.specimens import cube_scene
 
 
 def run(folder: Path, stiffness: list, **changed) -> Path:
@@ -50,11 +51,9 @@ def test_a_part_of_another_name_is_an_error_that_names_those_there_are(tmp_path,
 
 
 def test_what_a_mask_adds_is_told_by_its_stages(tmp_path, build):
-    from lab import masks
-    from lab.specimens import cube_scene
-    row = masks.row("cube", cube_scene(5, 0.3, top=False), 0.012, tmp_path, 1e9)
-    assert len(row) == len(masks.COLUMNS) and row[1] == "125"
-    cells = dict(zip(masks.COLUMNS, row))
+    row = large.mask_row("cube", cube_scene(5, 0.3, top=False), 0.012, tmp_path, 1e9)
+    assert len(row) == len(large.MASK_COLUMNS) and row[1] == "125"
+    cells = dict(zip(large.MASK_COLUMNS, row))
     parts = sum(cells[name]["value"] for name in ("masks", "planned", "blocks", "products", "files, C"))
     assert cells["all"]["value"] == pytest.approx(parts) and cells["pairs"]["value"] > cells["places"]["value"] > 100
     assert cells["dense product"]["value"] == pytest.approx(cells["operations"]["value"] / 1e9)

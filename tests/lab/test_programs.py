@@ -19,13 +19,14 @@ from lab.specimens import cube_scene
 
 def _speed(step_s, solve_s):
     """Of haptable-bench: three repetitions of everything, the first one slow."""
-    def of(s):
-        return {name: {"cpu": [9.0, v, v], "elapsed": [9.0, 2 * v, 2 * v]} for name, v in s.items()}
     rows = {"force step, sliding": step_s, "one solve": solve_s,
             **{row: step_s for row in ("force step, free", "search over all patches", "equation 8", "draw")}}
+    runs = [{"name": f"{name}:{row}/repeats:3", "run_type": kind, "cpu_time": 1e9 * v, "real_time": 2e9 * v}
+            for row, s in rows.items() for name, value in s.items()
+            for kind, v in (("iteration", 9.0), *2 * [("iteration", value)], *3 * [("aggregate", 9.0)])]
     scenes = {name: {"speed_m_s": 0.0377, "force_error": 1e-7, "displacement_error": 2e-5,
                      "precisions": {"float32": {"bytes": 1752, "worst": 1.5e-7}}} for name in step_s}
-    return {"times_s": {row: of(s) for row, s in rows.items()}, "scenes": scenes}
+    return {"runs": runs, "scenes": scenes}
 
 
 def test_the_median_of_the_repetitions_counts_and_ratios_tell_whether_they_are_kept():
