@@ -245,12 +245,10 @@ def _read_pages(pages: list[Path]) -> dict[str, str]:
 
 def take(folder: Path, pages: list[Path], numbers: Path = Path("docs/numbers.json")) -> None:
     """Topics of the folder's files into `numbers`, and from there into pages. What is as it was is not written."""
-    from lab import points
     topics = read_numbers(numbers)
     before = {str(numbers): to_text(topics), **_read_pages(pages)}
     for file in sorted(folder.glob("*.json")):
         topics.update(read_numbers(file))
-    points.derive(topics)
     filled = {path: fill(path, text, topics) for path, text in before.items() if path != str(numbers)}
     for path, text in {str(numbers): to_text(topics), **filled}.items():
         if text != before[path]:
