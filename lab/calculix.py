@@ -36,7 +36,6 @@ class Deck:
     yeoh: tuple[float, float] = (0.0, 0.0)  #: C20 / C10, C30 / C10
     sections: str = ""  #: CalculiX's cards in place of the material and its section
     loads: str = ""  #: and for each load besides it
-    density: float = 0.0  #: kg/m^3; 0: none is given
 
     def model(self) -> str:
         """Nodes, elements, material and what is held."""
@@ -50,14 +49,13 @@ class Deck:
 
     def _material(self) -> list[str]:
         e, nu = _MPA * self.young, self.poisson
-        density = ["*DENSITY", _line(1e-12 * self.density)] if self.density else []
         if not self.large_strain:
-            return ["*ELASTIC", _line(e, nu), *density]
+            return ["*ELASTIC", _line(e, nu)]
         mu, kappa = e / (2.0 * (1.0 + nu)), e / (3.0 * (1.0 - 2.0 * nu))
         if any(self.yeoh):
             higher = (0.5 * mu * ratio for ratio in self.yeoh)
-            return ["*HYPERELASTIC, YEOH", _line(0.5 * mu, *higher, 2.0 / kappa, 0.0, 0.0), *density]
-        return ["*HYPERELASTIC, NEO HOOKE", _line(0.5 * mu, 2.0 / kappa), *density]
+            return ["*HYPERELASTIC, YEOH", _line(0.5 * mu, *higher, 2.0 / kappa, 0.0, 0.0)]
+        return ["*HYPERELASTIC, NEO HOOKE", _line(0.5 * mu, 2.0 / kappa)]
 
     def step(self, forces: Array) -> str:
         at = np.flatnonzero(forces.any(1))
@@ -150,14 +148,6 @@ def pressing(deck: Deck, tool: Rigid, touched: Indices, moves: Array, folder: Pa
     totals = _results(deck.model() + tool.cards(deck, touched, stiffness) + "".join(steps), folder,
                       lambda text: re.findall(r"total force.*\n\s*\n(.*)", text), len(moves))
     return np.array([line.split() for line in totals], float)
-
-
-def frequencies(deck: Deck, count: int, folder: Path) -> Array:
-    """The lowest `count`, Hz, ascending; of a body that nothing holds its six rigid motions are among them."""
-    def parse(text: str) -> list[float]:
-        lines = [line.split() for line in text.split("P A R T I C I P A T I O N")[0].splitlines()]
-        return [float(line[3]) for line in lines if len(line) >= 4 and line[0].isdigit()]
-    return np.array(_results(deck.model() + f"*STEP\n*FREQUENCY\n{count}\n*END STEP\n", folder, parse, count))
 
 
 def forces(deck: Deck, nodes: Indices, weights: Array, moved: Sequence[Array], folder: Path) -> list[Array]:

@@ -25,7 +25,6 @@ from lab.specimens import FINE, MIDDLE, Meshed, Place, Specimen, Truth, read_vtu
 ELEMENTS = ("linear", "average-nodal-pressure", "quadratic")
 FORCES = ("interpolated", "consistent", "pressure-mask")
 GOD_OBJECTS = ("nearest", "least-energy")
-PRECISIONS = ("float32", "float16", "int16")
 COLUMNS = ["body", "mesh", "element", "force", "god-object", "precision", "error, RMS", "mean error", "tick", "flash",
            "precompute"]
 

@@ -10,7 +10,7 @@ import pandas as pd
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from lab import figure
-from lab.figure import BLACK, BLUE, GREEN, GREY, INK, ORANGE, PINK, SKY, VERMILION, Figure
+from lab.figure import BLACK, BLUE, GREEN, GREY, INK, ORANGE, PINK, VERMILION, Figure
 from lab.numbers import Topics, frame
 
 PLAIN = FuncFormatter(lambda v, _: f"{v:g}")
