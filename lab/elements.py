@@ -140,10 +140,9 @@ def _cube() -> Elsewhere:
 
 
 def _scene(name: str, mesh: Mesh, held_below: float, folder: Path) -> Scene:
-    return vary(cube_scene(2, 0.3, top=False), name=name,
-                mesh={"file": str(write_tetgen(mesh, folder / name).resolve()), "generate": None,
-                      "nodes_per_side": None, "side": None},
-                fixed=[{"box": [-1.0, -1.0, -1.0, 1.0, 1.0, held_below]}])
+    return {**cube_scene(2, 0.3, top=False), "name": name,
+            "mesh": {"file": str(write_tetgen(mesh, folder / name).resolve())},
+            "fixed": [{"box": [-1.0, -1.0, -1.0, 1.0, 1.0, held_below]}]}
 
 
 def _plate(folder: Path) -> Elsewhere:

@@ -103,19 +103,18 @@ class Figure:
 
     def _require_clear(self) -> None:
         """No symbol lies on another or on a text, no text on another or on a line, and all text is in the picture."""
-        whole, symbols = self.figure.bbox, list(self._marked())
+        whole, symbols = self.figure.bbox.padded(1), list(self._marked())
         for (x, y, size), (x2, y2, size2) in itertools.combinations(symbols, 2):
             self.must(math.hypot(x - x2, y - y2) >= 0.4 * (size + size2), "no symbols on top of each other")
         for axes in self.figure.axes:
             for text in filter(lambda text: text.get_text(), axes.texts):
                 box = text.get_window_extent()
-                self.must(all(_beside(box, x, y, 0.25 * size) for x, y, size in symbols),
+                self.must(not any(box.padded(0.25 * size).contains(x, y) for x, y, size in symbols),
                           f"'{text.get_text()}' beside every symbol")
                 self.must(not axes.axison or not _crossed(axes, box), f"'{text.get_text()}' beside every line")
         boxes = [(text.get_text(), text.get_window_extent()) for text in self._texts()]
         for text, box in boxes:
-            self.must(box.x0 >= whole.x0 - 1 and box.x1 <= whole.x1 + 1 and box.y0 >= whole.y0 - 1
-                      and box.y1 <= whole.y1 + 1, f"all of '{text}'")
+            self.must(whole.contains(*box.min) and whole.contains(*box.max), f"all of '{text}'")
         for (text, box), (text2, box2) in itertools.combinations(boxes, 2):
             over = min(box.x1, box2.x1) - max(box.x0, box2.x0), min(box.y1, box2.y1) - max(box.y0, box2.y0)
             self.must(min(over) <= 1, f"'{text}' beside '{text2}', not on it")
@@ -133,8 +132,6 @@ def thinned(axes: Any, x: Any, y: Any, apart: float, taken: list[tuple[float, fl
     return kept
 
 
-def _beside(box: Any, x: float, y: float, room: float) -> bool:
-    return bool(x < box.x0 - room or x > box.x1 + room or y < box.y0 - room or y > box.y1 + room)
 
 
 def _crossed(axes: Any, box: Any) -> bool:
@@ -155,9 +152,9 @@ def name_points(axes: Any, points: list[tuple[str, float, float]], symbols: list
                                  ha=("center", "left", "right")[np.sign(dx)],
                                  va=("center", "bottom", "top")[np.sign(dy)], **look)
             box = text.get_window_extent(renderer)
-            if (all(_beside(box, px * scale, py * scale, 2.5 * scale) for px, py in symbols)
-                    and not _crossed(axes, box) and not any(box.overlaps(other) for other in boxes)
-                    and axes.bbox.contains(*box.min) and axes.bbox.contains(*box.max)):
+            taken = any(box.padded(2.5 * scale).contains(px * scale, py * scale) for px, py in symbols)
+            if (axes.bbox.contains(*box.min) and axes.bbox.contains(*box.max) and not taken and not _crossed(axes, box)
+                    and not any(box.overlaps(other) for other in boxes)):
                 boxes.append(box)
                 break
             text.remove()

@@ -98,13 +98,10 @@ def pull(body: Tetrahedra, material: dict[str, float], shares: Array, way: Array
 
 def where_off(felt: Sequence[tuple[float, float]], off: float) -> float:
     """Where |ratio - 1| first comes to `off`, between the levels; infinite: not within them."""
-    last, before = 0.0, 0.0
-    for u, ratio in felt:
-        now = abs(ratio - 1.0)
-        if now >= off:
-            return last + (off - before) / (now - before) * (u - last)
-        last, before = u, now
-    return float("inf")
+    u, ratio = np.array([(0.0, 1.0), *felt]).T
+    away = np.abs(ratio - 1.0)
+    k = next((k for k in range(1, len(u)) if away[k] >= off), None)
+    return float("inf") if k is None else float(np.interp(off, away[k - 1:k + 1], u[k - 1:k + 1]))
 
 
 def aside(n: Array) -> Array:

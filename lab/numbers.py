@@ -6,8 +6,6 @@ is in SI units or a count; it is a list where one cell tells several (median, wo
 measured the topic, and where.
 """
 
-import csv
-import io
 import json
 import os
 import re
@@ -161,9 +159,7 @@ def to_csv(topic: Topic) -> str:
     """The same as CSV (RFC 4180): a line of columns, then the rows, each cell as a page shows it."""
     if "rows" not in topic:
         return text_of(topic) + "\n"
-    out = io.StringIO()
-    csv.writer(out, lineterminator="\n").writerows([topic["columns"], *texts(topic)])
-    return out.getvalue()
+    return pd.DataFrame(texts(topic), columns=topic["columns"]).to_csv(index=False)
 
 
 def _is_data(path: str) -> bool:

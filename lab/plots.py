@@ -76,9 +76,9 @@ def error(topics: Topics, axis: str) -> Figure:
         axes.set_xlabel(unit)
     for axes in panels[:, 0]:
         axes.set_ylabel("RMS error of the force, %")
-    looks = [f for f in FORCES if f != "the paper, 1998" or axis == "time"]
-    handles = [figure.key(FORCES[f][0], color=FORCES[f][1], marker=FORCES[f][2], linestyle=FORCES[f][3]) for f in looks]
-    this.legend(handles, 4, 0.93)
+    this.legend([figure.key(told, color=color, marker=marker, linestyle=line)
+                 for force, (told, color, marker, line) in FORCES.items()
+                 if force != "the paper, 1998" or axis == "time"], 4, 0.93)
     this.figure.canvas.draw()
     for body, axes in zip(BODIES, panels.flat):
         _draw_fronts(axes, best[best["body"] == body], column, scale)
