@@ -80,7 +80,7 @@ ordered_json to_json(const TickCounts& counts) {
 /// Of fingers that have `size` coordinates, jumping from stroke to stroke.
 template <std::size_t size>
 TargetPath<size> jumping_path(const Tables& tables) {
-    const auto stroke_m = stroke_path(tables, kStrokes);
+    auto stroke_m = stroke_path(tables, kStrokes);
     if constexpr (size == 6)
         return of_two(stroke_m, kStrokes);
     else
