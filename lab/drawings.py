@@ -192,8 +192,7 @@ def contact(felt: pd.DataFrame) -> Figure:
         offset = out * 12 + (np.array([0, 16]) if place[0] > at_god[0] and place[1] < at_god[1] else 0)
         letter = "ijk"[k]
         axes.annotate(f"V_{letter}, α_{letter} = {alpha[k]:.2f}", place, xytext=offset, textcoords="offset points",
-                      ha="right" if place[0] < at_god[0] else "left", va="center", color=INK, bbox=_GROUND,
-                      zorder=8)
+                      ha="right" if place[0] < at_god[0] else "left", va="center", color=INK, bbox=_GROUND, zorder=8)
     for to, color in ((at_finger, BLUE), (end, colors["force"])):
         axes.annotate("", to, xytext=at_god, zorder=6,
                       arrowprops={"arrowstyle": "-|>,head_width=0.3,head_length=0.6", "color": color, "linewidth": 2.4,

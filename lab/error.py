@@ -16,8 +16,7 @@ from scipy.sparse.linalg import cg
 
 from lab import LabError, binding, build, say, scenes, told
 from lab.cholmod import one_thread
-from lab.numbers import (Topic, Topics, error_of, frame, number, percent, read_numbers, seconds, table,
-                         write_topics)
+from lab.numbers import Topic, Topics, error_of, frame, number, percent, read_numbers, seconds, table, write_topics
 from lab.reference import Array, Footprint, Indices, Mesh, Tetrahedra
 from lab.scenes import touched, vary
 from lab.specimens import FINE, MIDDLE, Meshed, Place, Specimen, Truth, read_vtu, reference, specimens, truth_of

@@ -217,8 +217,7 @@ def _press(s: Studio, name: str, scene: str, x: float, y: float, options: str) -
     """Pressed 2 mm deep into the top at z = 30 mm."""
     down = np.array([[x, y, 0.03 + 5e-4 - 2.5e-5 * i] for i in range(101)])
     presses(s.felt(name, scene, down), name, 0.05, 100)
-    s.view(f"{name}.png", scene, "--csv", s.work / f"{name}.csv", "--ticks", 100, "--size", "480x360",
-           *options.split())
+    s.view(f"{name}.png", scene, "--csv", s.work / f"{name}.csv", "--ticks", 100, "--size", "480x360", *options.split())
 
 
 def _page(s: Studio, name: str, scene: str) -> None:

@@ -13,8 +13,7 @@ import numpy as np
 
 from lab import LabError, build, elements, known, large_strain, output_of, own, say, scan, scenes, specimens, stiffening
 from lab.cholmod import one_thread
-from lab.numbers import (Topic, Topics, count, error_of, number, read_numbers, seconds, table, write_file,
-                         write_topics)
+from lab.numbers import Topic, Topics, count, error_of, number, read_numbers, seconds, table, write_file, write_topics
 from lab.scenes import touched, vary
 
 _SCANNED = Path("../shared/meshes/pepper_big.vtu")

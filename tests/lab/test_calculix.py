@@ -61,8 +61,7 @@ def test_quadratic_tetrahedra_of_the_mouse(tmp_path, build):
 # ---- fibres, skin, bed and weight in one body ----------------------------------------------------------------------
 
 FIBRES = {"law": "fibre", "young_along": 6e4, "young_across": 8e3, "poisson": 0.35, "poisson_across": 0.45,
-          "shear": 5e3,
-          "direction": [0.48, 0.6, 0.64]}
+          "shear": 5e3, "direction": [0.48, 0.6, 0.64]}
 
 
 def whole_scene():

@@ -82,8 +82,7 @@ def test_names_of_points_are_where_no_symbol_is_and_within_the_frame():
     x, y = [1, 5, 5.8, 9.9], [5, 5, 5, 5]
     figure.thinned(axes, x, y, 1.0, taken)
     figure.name_points(axes, [("free", 1, 5), ("left", 5, 5), ("left too", 9.9, 5),
-                              ("no room for so long a name" * 3, 5.8, 5)],
-                       taken)
+                              ("no room for so long a name" * 3, 5.8, 5)], taken)
     assert [(t.get_text(), t.get_ha()) for t in axes.texts] == [("free", "left"), ("left", "right"),
                                                                 ("left too", "right")]
 

@@ -18,8 +18,7 @@ def _tally(count=10, **more):
 def _counts(*tallies, total=None):
     """Of one body; a mode a tally: interpolated and nearest alone, the second with two fingers."""
     modes = [{"name": f"mode-{i}", "force": "interpolated", "god_object": "nearest", "friction": False,
-              "fingers": 1 + i, "tool": False,
-              "free": i == 1, "rings": False} for i in range(len(tallies))]
+              "fingers": 1 + i, "tool": False, "free": i == 1, "rings": False} for i in range(len(tallies))]
     return {"seed": 3, "total": total or _tally(20), "modes": modes, "left_out": [
         {"name": "a", "why": "meshes/a.off: is open: close it"}, {"name": "b", "why": "the same mesh as a"}],
         "bodies": [{"name": "cube", "filled": True, "nodes": 1250, "tables_cpu_s": 6.0,
