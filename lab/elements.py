@@ -5,7 +5,6 @@ stiffness, its cost, and how far linear ones lock."""
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 

@@ -2,7 +2,6 @@
 """Instructions of ticks on microcontrollers, as tables."""
 
 import shutil
-from pathlib import Path
 
 import pytest
 
