@@ -22,7 +22,8 @@ PROGRAM = "/usr/bin/chromium"
 PATIENCE_S = 120.0
 _OPTIONS = ("--headless=new --remote-debugging-pipe --no-first-run --disable-background-networking "
             "--disable-component-update --mute-audio --hide-scrollbars --disable-dev-shm-usage "
-            "--use-angle=swiftshader --enable-unsafe-swiftshader").split()
+            "--use-angle=swiftshader --enable-unsafe-swiftshader --disable-gpu-compositing").split()
+_READ_BACK = "GL Driver Message (OpenGL, Performance"  # a picture that the processor puts into its page
 # The browser's own moves (focus, sliders) want the number of the key.
 _NUMBERS = {"Tab": 9, "ArrowLeft": 37, "ArrowUp": 38, "ArrowRight": 39}
 
@@ -143,7 +144,8 @@ class Browser:
     def _note(self, event: dict[str, Any]) -> None:
         method, parameters = event.get("method"), event.get("params", {})
         self._loaded = self._loaded or method == "Page.loadEventFired"
-        if method in ("Runtime.exceptionThrown", "Log.entryAdded") or (
+        read_back = _READ_BACK in parameters.get("entry", {}).get("text", "")
+        if method == "Runtime.exceptionThrown" or method == "Log.entryAdded" and not read_back or (
                 method == "Runtime.consoleAPICalled" and parameters["type"] in ("error", "warning")):
             self.complaints.append(parameters)
         if method == "Network.requestWillBeSent":
