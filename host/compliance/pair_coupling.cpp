@@ -38,12 +38,12 @@ Block rows_of(const Matrix3d& m) {
 }
 Matrix3d matrix_of(const Block& b) { return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(b.data()); }
 
-/// w_k^T L, [3, 3 m].
+/// w_k^T L, [3, 3 m], by columns of the symmetric L, which lie together.
 MatrixXd row_of(const PairControls& controls, const MatrixXd& l, std::size_t k) {
     const NodeWeights& w = controls.weights[k];
-    MatrixXd row = MatrixXd::Zero(3, l.cols());
-    for (std::size_t i = 0; i < w.node.size(); ++i) row += w.weight[i] * l.middleRows<3>(dof(w.node[i]));
-    return row;
+    MatrixXd column = MatrixXd::Zero(l.rows(), 3);
+    for (std::size_t i = 0; i < w.node.size(); ++i) column += w.weight[i] * l.middleCols<3>(dof(w.node[i]));
+    return column.transpose();
 }
 
 Matrix3d block_of(const PairControls& controls, const MatrixXd& row, std::size_t l) {
