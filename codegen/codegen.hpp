@@ -11,11 +11,11 @@ namespace haptable {
 
 struct ServoModel;
 
-/// Reads the tables in `folder` and writes model.h and model.c beside them: same tables, same bytes.
-/// Throws Error that names the file when a table is missing, damaged or not what was written, and Error where the
-/// object is too large for the servo or for its flash budget, or is not that of the folder's tables_hash, where it has
-/// one.
-ModelSize generate_model(const TablesFolder& folder);
+/// Reads the tables in `folder` and writes model.h and model.c beside them, unless told to measure and check alone:
+/// same tables, same bytes. Throws Error that names the file when a table is missing, damaged or not what was written,
+/// and Error where the object is too large for the servo or for its flash budget, or is not that of the folder's
+/// tables_hash, where it has one.
+ModelSize generate_model(const TablesFolder& folder, bool writes_code = true);
 
 /// Bytes of flash that each of the servo's tables takes, in the order of model.c.
 std::vector<TableBytes> flash_tables(const ServoModel& model);

@@ -353,7 +353,7 @@ ModelText model_text(const Tables& tables, const ServoModel& servo, const ServoP
     return {filled(kHeaderText + 1, values), filled(kSourceText + 1, values)};
 }
 
-ModelSize generate_model(const TablesFolder& folder) {
+ModelSize generate_model(const TablesFolder& folder, bool writes_code) {
     const LoadedScene scene(read_scene_files(folder));
     const std::uint64_t hash = scene.model().hash;
     if (folder.tables_hash() != 0) scene.require_tables_hash(folder.tables_hash());
@@ -379,6 +379,7 @@ ModelSize generate_model(const TablesFolder& folder) {
             fmt::format("tables.precision = \"{}\" cannot hold the blocks S: rounded, some are no longer positive "
                         "definite, so that a force would pull where it should push{}",
                         word(tables.precision), describe(size.remedies)));
+    if (!writes_code) return size;
     const ModelText text = model_text(tables, model, pair, body_modes, scene.body(), scene.tool_tables());
     write_file(folder.path() / "model.h", text.header);
     write_file(folder.path() / "model.c", text.source);

@@ -387,7 +387,7 @@ void write(const Run& run, const Matrices& stiffness_n_per_m, const std::optiona
     list_files(beside, summary.files);
     write_file(beside / "tables.json", tables_text(facts_of(scene, body, summary), summary, ""));
     clock.begin("codegen");
-    summary.size = generate_model(beside);
+    summary.size = generate_model(beside, options.code);
     list_files(beside, summary.files);
     summary.stages = clock.end();
     const nlohmann::ordered_json facts = facts_of(scene, body, summary);

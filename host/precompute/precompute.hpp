@@ -27,6 +27,7 @@ struct PrecomputeOptions {
     /// float16. 0: in double. Above it, they run in float on the factor in double, in half the time, where a trial on
     /// the nodes of the checks stays below.
     double column_tolerance = 1e-5;
+    bool code = true;           ///< as C too; without, the folder is for this host alone
     bool force = false;         ///< compute even where the folder holds the same tables already
     double memory_bytes = 0.0;  ///< most to use; 0: what the machine has free
     /// 0: all processors, one for less than 10,000 nodes. The tables are the same bytes for any number.

@@ -96,6 +96,7 @@ SceneFiles BodyTables::with(const TouchMode& mode) {
         }
     PrecomputeOptions options;
     options.tolerance = kTolerance;
+    options.code = false;
     options.inverse = &inverse_;
     Progress silent(true);
     precompute(in_mode(scene_, {mode.force, GodObject::kNearest, false, mode.is_coupled() ? 2 : 1, mode.body}), folder,
