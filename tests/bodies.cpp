@@ -70,6 +70,12 @@ Scene mouse_scene(bool front_only) {
     return scene;
 }
 
+void set_free(Scene& scene, double density_kg_per_m3) {
+    scene.fixed.clear();
+    scene.free_body = FreeBody{};
+    scene.free_body->density_kg_per_m3 = density_kg_per_m3;
+}
+
 Scene for_two(Scene scene, std::uintmax_t coupling_bytes) {
     scene.contact.fingers = 2;
     scene.tables.coupling_bytes = coupling_bytes;
@@ -86,13 +92,6 @@ Cells sphere_cells(int n, double radius) {
             [=](const Vector3d& x) { return x.z() < -0.8 * radius; }};
 }
 
-Cells l_cells(int n, double side) {
-    return {{n, n, n},
-            [=](double a, double b, double c) { return Vector3d(side * Vector3d(a, b, c)); },
-            [=](int i, int, int k) { return i < n / 2 || k < n / 2; },
-            [](const Vector3d& x) { return x.z() < 1e-9; }};
-}
-
 Cells plate_cells(int n, double side, double thickness) {
     return {{n, n, 2},
             [=](double a, double b, double c) { return Vector3d(side * a, side * b, thickness * c); },
@@ -100,14 +99,6 @@ Cells plate_cells(int n, double side, double thickness) {
             [=](const Vector3d& x) {
                 return std::min({x.x(), x.y(), side - x.x(), side - x.y()}) < 0.51 * side / n;
             }};
-}
-
-Cells wedge_cells(int n, double length, double height) {
-    return {
-        {n, n, n},
-        [=](double a, double b, double c) { return Vector3d(height * (a - 0.5) * (1.0 - c), length * b, height * c); },
-        always,
-        [](const Vector3d& x) { return x.z() < 1e-9; }};
 }
 
 Cells needle_cells(int n, double length, double width) {

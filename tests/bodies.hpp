@@ -28,14 +28,15 @@ Eigen::SparseMatrix<double> cube_stiffness(int nodes_per_side, double poisson);
 /// The mouse; `front_only`: only where x < 30 mm.
 Scene mouse_scene(bool front_only = false);
 
+/// Nothing holds it; of that density.
+void set_free(Scene& scene, double density_kg_per_m3 = 1000.0);
+
 /// A scene for two fingers; the coupling of all pairs of places, where it has no fewer bytes.
 inline constexpr std::uintmax_t kAllPairs = 1'000'000'000;
 Scene for_two(Scene scene, std::uintmax_t coupling_bytes = kAllPairs);
 
 Cells sphere_cells(int n, double radius);                               // a ball, its lower cap held
-Cells l_cells(int n, double side);                                      // a cube without a quarter
 Cells plate_cells(int n, double side, double thickness);                // held at its rim
-Cells wedge_cells(int n, double length, double height);                 // a ridge along y over a held base
 Cells needle_cells(int n, double length, double width);                 // a tapering tip upwards
 Cells torus_cells(int around, int across, double major, double minor);  // lying on a held strip
 

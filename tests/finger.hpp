@@ -27,6 +27,22 @@ inline Bound rounded(const TestModel& model) { return {.count = 16, .epsilon = k
 /// The nearest point: a walk ends where a patch around would move it by no more than the tolerance, 2^-20 of the size.
 inline Bound rested(const TestModel& model) { return {.count = 4, .epsilon = 0x1p-20, .size = model.size()}; }
 
+inline haptable_model with_friction(haptable_model model, float at_rest = 0.5F, float moving = 0.4F) {
+    model.frictionless = model.god_object;
+    model.god_object = haptable_god_object_friction;
+    model.static_friction = at_rest;
+    model.kinetic_friction = moving;
+    return model;
+}
+
+/// On the hand, of a contact.
+inline Eigen::Vector3d force_at(const haptable_model& model, const haptable_contact& contact,
+                                const Eigen::Vector3d& finger_m) {
+    float nodal_n[3][3], force_n[3];
+    model.force(&model, &contact, Eigen::Vector3f(finger_m.cast<float>()).data(), nodal_n, force_n);
+    return to_vector(force_n);
+}
+
 /// The check of one servo's tables, which has no scene.
 inline void check_tables(const haptable_model& model, haptable_servo& servo, std::uint32_t bytes = HAPTABLE_CHECK_ALL) {
     haptable_scene alone{};

@@ -20,11 +20,7 @@ inline Scene jelly(ForceLaw force, int modes, bool is_free = false) {
     Scene scene = cube_scene(5, 0.45);
     scene.contact.force = force;
     if (force == ForceLaw::kPressureMask) scene.contact.mask_radius_m = 0.012;
-    if (is_free) {
-        scene.fixed.clear();
-        scene.free_body = FreeBody{};
-        scene.free_body->density_kg_per_m3 = 1000.0;
-    }
+    if (is_free) set_free(scene);
     if (modes > 0) scene.body_modes = BodyModes{modes, 0.05, is_free ? 0.0 : 1000.0, 0.0, 1};
     scene.device.max_force_n = 20.0;
     scene.tables.columns = ColumnRows::kNone;

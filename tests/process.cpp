@@ -34,6 +34,14 @@ Outcome run(const std::string& command, const std::filesystem::path& folder, std
     return {status, read_file(out), read_file(err)};
 }
 
+int status_of(const std::function<int()>& act) {
+    const pid_t child = fork();
+    if (child == 0) _exit(act());
+    int status = 0;
+    waitpid(child, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+}
+
 Process::Process(const std::vector<std::string>& command) : Process(command, Place{}) {}
 
 Process::Process(const std::vector<std::string>& command, const Place& place) : name_(command.back()) {

@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,9 @@ struct Outcome {
 /// all that it started, and the test fails.
 Outcome run(const std::string& command, const std::filesystem::path& folder = {},
             std::chrono::seconds patience = std::chrono::minutes(10));
+
+/// How a new process ends that does this: with what it returns, up to 100; or -signal.
+int status_of(const std::function<int()>& act);
 
 /// A program beside the test. It leads a process group of its own, which ends with this object.
 class Process {

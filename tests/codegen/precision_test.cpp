@@ -93,9 +93,7 @@ Eigen::Vector3d force_at(const haptable_model& model, std::uint16_t patch, const
     haptable_contact contact{};
     contact.patch = patch;
     std::copy(alpha.begin(), alpha.end(), contact.alpha);
-    float nodal[3][3], force[3];
-    model.force(&model, &contact, u.data(), nodal, force);
-    return to_vector(force);
+    return test::force_at(model, contact, u.cast<double>());
 }
 
 /// What is stated of float32, float16 and int16, and what that saves. A block's rounding is of its largest number, or

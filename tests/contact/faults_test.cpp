@@ -115,20 +115,11 @@ TEST(Faults, AVertexIsAllOfItsRings) {
     }
 }
 
-haptable_model with_friction(const TestModel& model, float at_rest, float sliding) {
-    haptable_model rough = *model.get();
-    rough.frictionless = rough.god_object;
-    rough.god_object = haptable_god_object_friction;
-    rough.static_friction = at_rest;
-    rough.kinetic_friction = sliding;
-    return rough;
-}
-
 // The frictionless god-object goes around half of the ball, which takes more steps than a tick has, while so much
 // friction holds the one that is felt.
 TEST(Faults, ASlideThatIsNotFinishedGoesOnWhereItWas) {
     const TestModel model(sphere_shape(5, 0.03));
-    Finger finger(with_friction(model, 1000.0F, 1000.0F));
+    Finger finger(with_friction(*model.get(), 1000.0F, 1000.0F));
     enter(finger, {0.001, 0.0, 0.031}, {0.001, 0.0, 0.028});
     int ticks = 0;
     for (; finger.touches() && ticks < 100; ++ticks) finger.to({0.003, 0.001, -0.04});  // through the ball, and out
@@ -400,7 +391,7 @@ TEST(Faults, WithLeastEnergyFrictionHoldsNoMoreThanItStored) {
                                sphere_shape(1, 0.03), box_shape(2, Vector3d(0.03, 0.03, 0.03))}) {
         const TestModel model(shape, -1e9, GodObject::kLeastEnergy);
         int held = 0;
-        jump_about(model, with_friction(model, 0.3F, 0.2F), {40000, 20, 2e-3, 3e-3, 5},
+        jump_about(model, with_friction(*model.get(), 0.3F, 0.2F), {40000, 20, 2e-3, 3e-3, 5},
                    [&](const Finger& finger, const haptable_servo& before) {
                        if (before.contact.patch == HAPTABLE_NONE || !finger.touches()) return;
                        if (finger.counters().contacts != before.counters.contacts) return;
@@ -421,7 +412,7 @@ TEST(Faults, AHeldGodObjectDoesNotSeeTheFinger) {
     for (const Shape& shape : {fanned_disk_shape(24, 0.03, 0.002), box_shape(2, Vector3d(0.03, 0.03, 0.002))})
         for (const GodObject god : every<GodObject>()) {
             const TestModel model(shape, -1e9, god);
-            const haptable_model rough = with_friction(model, 3.0F, 2.0F);
+            const haptable_model rough = with_friction(*model.get(), 3.0F, 2.0F);
             int held = 0;
             jump_about(model, rough, {60000, 10, 1e-3, 5e-3, 9}, [&](const Finger& finger, const haptable_servo&) {
                 if (!finger.touches() || finger.servo().undecided_ticks > 0) return;

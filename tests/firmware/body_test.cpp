@@ -98,15 +98,6 @@ TEST_F(BodyTest, SwingsAsAPendulum) {
     EXPECT_LT(turn_of(state).y(), 0.0);
 }
 
-TEST_F(BodyTest, APushAtItsCentreTurnsNothing) {
-    begin();
-    push(to_vector(body.centre_m), {0.3, -0.2, 0.1});
-    move(999);
-    const Vector3d v = Vector3d(0.3, -0.2, 0.1) * kTick_s / kMass_kg;
-    EXPECT_NEAR((moved() - v).norm(), 0.0, kForm * v.norm());
-    EXPECT_EQ(angle(), 0.0);
-}
-
 // J w = r x F dt, about an axis of the cube through its centre.
 TEST_F(BodyTest, APushBesideItsCentreTurnsIt) {
     begin();

@@ -180,20 +180,6 @@ TEST(Contact, BeginsWhereASurfaceIsCrossedAndEndsWhereTheFingerLeavesIt) {
     }
 }
 
-TEST(Contact, NoForceWithoutContactAndOutputsSayNone) {
-    const TestModel model(cube());
-    Finger finger(model);
-    const haptable_output& out = finger.to({0.1, 0.1, 0.1});
-    EXPECT_EQ(out.state, HAPTABLE_FREE);
-    EXPECT_EQ(out.patch, HAPTABLE_NONE);
-    EXPECT_EQ(finger.god(), Vector3d(double(0.1F), double(0.1F), double(0.1F)));
-    for (int c = 0; c < 3; ++c) {
-        EXPECT_EQ(out.vertex[c], HAPTABLE_NONE);
-        EXPECT_EQ(out.alpha[c], 0.0F);
-    }
-    EXPECT_EQ(finger.force().norm(), 0.0);
-}
-
 // Through a hole of 60 mm in one tick: the slide meets its limit, which is counted, the contact holds, and after one
 // tick more the god-object is in the other arm.
 TEST(Contact, ALongSlideGoesOnAtTheNextTick) {

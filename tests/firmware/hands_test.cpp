@@ -76,6 +76,13 @@ TEST(Hands, LoadsAreThoseOfDirectSolvesOfAllFingersThatPress) {
                 ASSERT_EQ(hands.pressing(), count);
                 EXPECT_LT(hands.off_direct_loads(), 1e-5) << force << " " << god_object << " " << count;
                 for (std::size_t i = 0; i < count; ++i) EXPECT_EQ(hands.force(i), -hands.load(i));
+                for (std::size_t left = count - 1; left > 1; --left) {  // one after the other goes
+                    std::vector<Vector3d> x = around(count, 0.002, 0.1 * double(count));
+                    std::fill(x.begin() + std::ptrdiff_t(left), x.end(), kAway);
+                    hands.to(x);
+                    ASSERT_EQ(hands.pressing(), left);
+                    EXPECT_LT(hands.off_direct_loads(), 1e-5) << force << " " << god_object << " " << left;
+                }
             }
 }
 
@@ -108,39 +115,16 @@ TEST(Hands, OneThatIsAloneIsAFinger) {
     for (const ForceLaw force : kCompliances) {
         const ElasticBody& body = coupled_cube(force);
         Hands hands(body, 4);
-        Finger finger(body.model());
-        for (int tick = 0; tick < 300; ++tick) {
-            const Vector3d x(0.012 + 1e-5 * tick, 0.014, 0.031 - 1e-5 * tick);
-            hands.to({kAway, Vector3d(0.1, 0.1, 0.1), x, kAway});
-            finger.to(x);
-            ASSERT_EQ(hands.out[2].patch, finger.out().patch) << tick;
-            const double depth_m = std::max(1e-7, (finger.at() - finger.god()).norm());
-            EXPECT_WITHIN((hands.force(2) - finger.force()).norm(), .count = 32,
-                          .epsilon = kFloat * (1.0 + body.size() / depth_m), .condition = 10,
-                          .size = finger.force().norm());
-        }
+        expect_a_finger(
+            body,
+            [&](const Vector3d& x) {
+                hands.to({kAway, Vector3d(0.1, 0.1, 0.1), x, kAway});
+            },
+            [&] { return hands.force(2); }, [&] { return hands.servo(2).contact.patch; });
         EXPECT_EQ(hands.pressing(), 1U);
         EXPECT_EQ(hands.out[0].state, HAPTABLE_SILENT);
         EXPECT_EQ(hands.out[1].state, HAPTABLE_FREE);
     }
-}
-
-TEST(Hands, TwoThatPressAreThePairsTwo) {
-    const ElasticBody& body = coupled_cube(ForceLaw::kPressureMask);
-    Hands three(body, 3), two(body, 2);
-    double largest = 0.0;
-    for (int tick = 0; tick < 300; ++tick) {
-        const Vector3d a(0.012, 0.014, 0.0305 - 1e-5 * tick), b(0.022, 0.016, 0.0304 - 8e-6 * tick);
-        three.to({a, kAway, b});
-        two.to({a, b});
-        const double size = two.force(0).norm() + two.force(1).norm();
-        for (const int finger : {0, 1})
-            EXPECT_WITHIN((three.force(std::size_t(2 * finger)) - two.force(std::size_t(finger))).norm(), .count = 64,
-                          .epsilon = kFloat * (1.0 + body.size() / 1e-5), .size = size)
-                << tick;
-        largest = std::max(largest, size);
-    }
-    EXPECT_GT(largest, 0.01);
 }
 
 /// What all hands got, over the most that was stored, where all press, go around the body, each a way of its own up and
@@ -236,52 +220,6 @@ TEST(Hands, EachKeepsItsLimitsAndItsFaults) {
     EXPECT_EQ(haptable_watch(&hands.scene(), hands.memory(), hands.time_us + HAPTABLE_SILENCE_US, hands.out.data()),
               7U);
     for (std::size_t i = 0; i < count; ++i) EXPECT_EQ(hands.force(i).norm(), 0.0);
-}
-
-/// Three go down beside one another, along the top in ways of their own, and up again.
-TargetPath<9> hands_path(int ticks) {
-    TargetPath<9> path;
-    for (int tick = 0; tick < ticks; ++tick) {
-        const double t = double(tick) / ticks;
-        std::array<float, 9> row{};
-        for (int i = 0; i < 3; ++i) {
-            const double angle = 2.1 * i,
-                         down = std::abs(std::sin(std::numbers::pi * std::max(0.0, 3.0 * t - 0.05 * i)));
-            row[3 * std::size_t(i)] = float(0.015 + 0.005 * std::cos(angle) + 0.001 * std::sin(7.0 * t + i));
-            row[3 * std::size_t(i) + 1] = float(0.015 + 0.005 * std::sin(angle) + 0.001 * std::sin(11.0 * t + 2.0 * i));
-            row[3 * std::size_t(i) + 2] = float(0.0305 - 0.003 * down);
-        }
-        path.push_back(row);
-    }
-    return path;
-}
-
-TEST(HandsOnTarget, GiveTheHostsBits) {
-    const ElasticBody body(for_two(cube_scene(5, 0.3, true)), ForceLaw::kPressureMask, 0.012);
-    const TargetPath<9> path = hands_path(600);
-    for (const char* target : {"cortex-m7", "rv32"})
-        for (const GodObject god_object : every<GodObject>()) {
-            const TargetImage image(build_folder(), "cube", target);
-            if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
-            Hands hands(body, 3, {.god_object = god_object});
-            const std::vector<TargetTick> ticks = image.measure({.model = hands.model(), .pair = &hands.pair()}, path);
-            hands.time_us = 0U - HAPTABLE_TICK_US;
-            std::uint64_t worst = 0;
-            std::size_t together = 0;
-            for (std::size_t tick = 0; tick < path.size(); ++tick) {
-                std::vector<haptable_input> in(3);
-                for (std::size_t i = 0; i < 3; ++i) {
-                    std::copy_n(&path[tick][3 * i], 3, in[i].finger_m);
-                    in[i].is_there = 1;
-                }
-                hands.to(in);
-                for (std::size_t i = 0; i < 3; ++i) ASSERT_TRUE(same(ticks[tick].finger[i], hands.out[i])) << tick;
-                worst = std::max(worst, ticks[tick].instructions);
-                together += hands.pressing() == 3;
-            }
-            RecordProperty(std::string(target) + ", " + word(god_object), std::to_string(worst));
-            EXPECT_GT(together, path.size() / 10);
-        }
 }
 
 }  // namespace

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // The serial line of a tool and of three hands and more: the bits of the servo beside it, and nothing of what is no
 // tick.
-#include "firmware/haptable_line_points.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,37 +13,6 @@
 
 namespace haptable::test {
 namespace {
-
-LineBytes together(LineBytes a, const LineBytes& b) {
-    a.insert(a.end(), b.begin(), b.end());
-    return a;
-}
-
-LineBytes hello_of(std::uint32_t sequence, const haptable_line_hello& hello) {
-    LineBytes bytes(HAPTABLE_LINE_HELLO_BYTES);
-    bytes.resize(haptable_line_write_hello(sequence, hello, bytes.data()));
-    return bytes;
-}
-
-/// Whole frames of those bytes; payloads are copied.
-struct Heard {
-    haptable_line_frame frame{};
-    LineBytes payload;
-};
-std::vector<Heard> heard(const LineBytes& bytes) {
-    LineBytes room(HAPTABLE_TOOL_LINE_ANSWER_BYTES);
-    haptable_line_reader reader{};
-    haptable_line_reader_init(room.data(), HAPTABLE_TOOL_LINE_ANSWER_BYTES, &reader);
-    std::vector<Heard> all;
-    for (const std::uint8_t byte : bytes) {
-        Heard one;
-        if (haptable_line_read(&reader, byte, &one.frame) == 0) continue;
-        one.payload.assign(one.frame.payload, one.frame.payload + one.frame.length);
-        all.push_back(std::move(one));
-    }
-    for (Heard& one : all) one.frame.payload = one.payload.data();
-    return all;
-}
 
 haptable_line_hello hello_of_hands(int hands) {
     return {HAPTABLE_LINE_VERSION, static_cast<std::uint8_t>(hands), 0, 0, 5};
@@ -92,9 +59,9 @@ TEST(LinePointsFrame, HasTheDocumentedBytes) {
     PointsState state{0x01020304, 1, {}, {1.0F, 0.0F, 0.5F, -2.0F}};
     state.in[0] = {{1.0F, 0.0F, -2.0F}, HAPTABLE_BUTTON_ACKNOWLEDGE, 1};
     EXPECT_EQ(points_state_frame(7, kToolHello, state),
-              (LineBytes{0xA5, 0x5A, 38, 0, 13, 7, 0, 0, 0,    4,    3, 2, 1,    1,    1,    0,    0,
-                         0x80, 0x3F, 0,  0, 0,  0, 0, 0, 0,    0xC0, 4, 0, 0,    0,    0,    0,    0x80,
-                         0x3F, 0,    0,  0, 0,  0, 0, 0, 0x3F, 0,    0, 0, 0xC0, 0xCD, 0x23, 0x8E, 0x4D}));
+              (Bytes{0xA5, 0x5A, 38, 0, 13, 7, 0, 0, 0,    4,    3, 2, 1,    1,    1,    0,    0,
+                     0x80, 0x3F, 0,  0, 0,  0, 0, 0, 0,    0xC0, 4, 0, 0,    0,    0,    0,    0x80,
+                     0x3F, 0,    0,  0, 0,  0, 0, 0, 0x3F, 0,    0, 0, 0xC0, 0xCD, 0x23, 0x8E, 0x4D}));
     PointsAnswer answer;
     haptable_tool_line_answer& tool = answer.tool;
     float value = 0.0F;
@@ -108,9 +75,9 @@ TEST(LinePointsFrame, HasTheDocumentedBytes) {
         for (float* of : {tool.point[i].alpha, tool.point[i].god_object_m, tool.point[i].load_n})
             for (int a = 0; a < 3; ++a) of[a] = value += 0.25F;
     }
-    const LineBytes bytes = points_answer_frame(7, kToolHello, answer);
+    const Bytes bytes = points_answer_frame(7, kToolHello, answer);
     ASSERT_EQ(bytes.size(), 13U + 128U + 2U * 38U);
-    EXPECT_EQ(LineBytes(bytes.begin(), bytes.begin() + 11), (LineBytes{0xA5, 0x5A, 204, 0, 14, 7, 0, 0, 0, 2, 0}));
+    EXPECT_EQ(Bytes(bytes.begin(), bytes.begin() + 11), (Bytes{0xA5, 0x5A, 204, 0, 14, 7, 0, 0, 0, 2, 0}));
     const auto number = [&bytes](std::size_t at) {
         float of = 0.0F;
         std::memcpy(&of, &bytes[9 + at], 4);
@@ -118,7 +85,7 @@ TEST(LinePointsFrame, HasTheDocumentedBytes) {
     };
     for (std::size_t i = 0; i < 10; ++i) EXPECT_EQ(number(80 + 4 * i), 0.25F * float(i + 1)) << "torque, pose";
     EXPECT_EQ(number(120), 3.0F);
-    EXPECT_EQ(LineBytes(bytes.begin() + 9 + 124, bytes.begin() + 9 + 130), (LineBytes{2, 0, 0, 0x80, 0x01, 0x12}));
+    EXPECT_EQ(Bytes(bytes.begin() + 9 + 124, bytes.begin() + 9 + 130), (Bytes{2, 0, 0, 0x80, 0x01, 0x12}));
     for (std::size_t i = 0; i < 9; ++i) EXPECT_EQ(number(130 + 4 * i), 0.25F * float(i + 11)) << "point 1";
     EXPECT_EQ(bytes[9 + 166], 0x1F);
     for (std::size_t i = 0; i < 9; ++i) EXPECT_EQ(number(168 + 4 * i), 0.25F * float(i + 20)) << "point 31";
@@ -134,8 +101,8 @@ TEST(LinePointsFrame, ComesOutAsItWentIn) {
             const haptable_line_hello hello = hands == 0 ? kToolHello : hello_of_hands(hands);
             const PointsState state = path.at(static_cast<std::uint32_t>(trial));
             const PointsAnswer answer = random();
-            const LineBytes sent = points_state_frame(3, hello, state), said = points_answer_frame(4, hello, answer);
-            auto frames = heard(together(sent, said));
+            const Bytes sent = points_state_frame(3, hello, state), said = points_answer_frame(4, hello, answer);
+            auto frames = LineEar().hear(sent + said);
             ASSERT_EQ(frames.size(), 2U);
             haptable_tool_line_state tool_state{};
             haptable_hands_line_state hands_state{};
@@ -174,7 +141,6 @@ TEST(LinePointsFrame, ComesOutAsItWentIn) {
         }
 }
 
-// Any one bit of a frame changed loses that frame, and the next one is found.
 TEST(LinePointsFrame, WithAnyBitTurnedIsNone) {
     RandomAnswer random;
     PointsPath path(4);
@@ -182,14 +148,13 @@ TEST(LinePointsFrame, WithAnyBitTurnedIsNone) {
         const haptable_line_hello hello = hands == 0 ? kToolHello : hello_of_hands(hands);
         PointsAnswer answer = random();
         answer.tool.inside &= 0x1F;
-        for (const LineBytes& frame :
-             {points_state_frame(1, hello, path.at(9)), points_answer_frame(1, hello, answer)}) {
-            LineBytes after;
-            for (int i = 0; i < 40; ++i) after = together(after, points_state_frame(2, hello, path.at(10)));
+        for (const Bytes& frame : {points_state_frame(1, hello, path.at(9)), points_answer_frame(1, hello, answer)}) {
+            Bytes after;
+            for (int i = 0; i < 40; ++i) after = after + points_state_frame(2, hello, path.at(10));
             for (std::size_t bit = 0; bit < 8 * frame.size(); ++bit) {
-                LineBytes damaged = frame;
+                Bytes damaged = frame;
                 damaged[bit / 8] ^= static_cast<std::uint8_t>(1U << bit % 8);
-                const auto frames = heard(together(damaged, after));
+                const auto frames = LineEar().hear(damaged + after);
                 ASSERT_EQ(frames.size(), 40U) << "bit " << bit;
                 EXPECT_EQ(frames[0].frame.sequence, 2U) << "bit " << bit;
             }
@@ -202,11 +167,11 @@ TEST(LinePointsFrame, WithAnyBitTurnedIsNone) {
 /// The scene behind a line, and the same beside it.
 class LineOfPoints : public testing::TestWithParam<LinePoints> {
 protected:
-    LineBytes put(std::uint32_t sequence, const PointsState& state) {
+    Bytes put(std::uint32_t sequence, const PointsState& state) {
         return end.put(points_state_frame(sequence, end.hello, state));
     }
     /// The tick beside the line: what is to be answered.
-    LineBytes want(std::uint32_t sequence, const PointsState& state) {
+    Bytes want(std::uint32_t sequence, const PointsState& state) {
         answer = {};
         if (GetParam().hands == 0) {
             haptable_tool_input in{state.in[0], {}};
@@ -261,7 +226,7 @@ TEST_P(LineOfPoints, ATickHasTheBitsOfTheServoBesideItAndIsSteppedOnce) {
         if (tick % 150 == 149) state.begins = static_cast<std::uint8_t>(tick / 150 + 1);
         if (tick % 400 == 399) later += HAPTABLE_SILENCE_US;
         state.time_us += later;
-        const LineBytes wanted = want(tick + 1, state);
+        const Bytes wanted = want(tick + 1, state);
         ASSERT_EQ(put(tick + 1, state), wanted) << tick;
         ASSERT_EQ(put(tick + 1, state), wanted) << tick;
         for (std::size_t f = 0; f < fingers(); ++f)
@@ -274,41 +239,34 @@ TEST_P(LineOfPoints, ATickHasTheBitsOfTheServoBesideItAndIsSteppedOnce) {
 }
 
 TEST_P(LineOfPoints, AHelloSaysWhatTheSceneIs) {
-    EXPECT_EQ(end.begun, hello_of(0, end.hello));
+    EXPECT_EQ(end.begun, frame_of(end.hello));
     EXPECT_EQ(end.hello.version, HAPTABLE_LINE_VERSION);
     EXPECT_EQ(end.hello.fingers, GetParam().hands == 0 ? 1 : GetParam().hands);
     EXPECT_EQ(end.hello.flags, GetParam().hands == 0 ? HAPTABLE_LINE_TOOL : 0);
     EXPECT_EQ(end.hello.hash, scene.model->hash);
-    EXPECT_EQ(end.put(hello_of(5, end.hello)), hello_of(5, end.hello));
+    EXPECT_EQ(end.put(frame_of(end.hello, 5)), frame_of(end.hello, 5));
     haptable_line_hello other = end.hello, said = end.hello;
     --other.version;
     said.flags |= HAPTABLE_LINE_OTHER_VERSION;
-    EXPECT_EQ(end.put(hello_of(6, other)), hello_of(6, said)) << "a host of before";
+    EXPECT_EQ(end.put(frame_of(other, 6)), frame_of(said, 6)) << "a host of before";
     EXPECT_TRUE(put(1, PointsPath(1).at(0)).empty());
     EXPECT_EQ(ticks(), 0U);
-    EXPECT_EQ(end.put(hello_of(7, end.hello)), hello_of(7, end.hello));
+    EXPECT_EQ(end.put(frame_of(end.hello, 7)), frame_of(end.hello, 7));
     EXPECT_FALSE(put(1, PointsPath(1).at(0)).empty());
 }
 
 // States of another kind of scene: not answered, no tick.
 TEST_P(LineOfPoints, AStateThatDoesNotFitTheSceneIsNone) {
     const PointsState state = PointsPath(1).at(0);
-    haptable_line_state of_one{};
-    LineBytes bytes(HAPTABLE_LINE_STATE_BYTES);
-    for (const int fingers : {1, 2}) {
-        haptable_line_hello hello = hello_of_hands(fingers);
-        bytes.resize(haptable_line_write_state(1, &hello, of_one, bytes.data()));
-        EXPECT_TRUE(end.put(bytes).empty()) << fingers;
-        bytes.resize(HAPTABLE_LINE_STATE_BYTES);
-    }
+    for (const int fingers : {1, 2})
+        EXPECT_TRUE(end.put(frame_of(hello_of_hands(fingers), haptable_line_state{}, 1)).empty()) << fingers;
     for (int hands = 3; hands <= HAPTABLE_HANDS; ++hands)
         EXPECT_EQ(end.put(points_state_frame(1, hello_of_hands(hands), state)).empty(), hands != GetParam().hands);
     EXPECT_EQ(end.put(points_state_frame(1, kToolHello, state)).empty(), GetParam().hands != 0);
     EXPECT_EQ(ticks(), 1U);
     // What is longer than a state of this scene does not swallow one that comes after it.
     EXPECT_FALSE(
-        end.put(together(points_state_frame(1, hello_of_hands(8), state), points_state_frame(2, end.hello, state)))
-            .empty());
+        end.put(points_state_frame(1, hello_of_hands(8), state) + points_state_frame(2, end.hello, state)).empty());
 }
 
 // No force and no torque, told by state, counted by name; the next pose is felt again.
@@ -320,7 +278,7 @@ TEST_P(LineOfPoints, WhatIsNoPositionOrNoTurnGivesNothing) {
         PointsState state = path.at(100 + tick % 50);
         state.time_us = 1000 * tick;
         change(state);
-        const LineBytes wanted = want(tick + 1, state);
+        const Bytes wanted = want(tick + 1, state);
         EXPECT_EQ(put(tick + 1, state), wanted);
         ++tick;
     };
@@ -350,23 +308,23 @@ TEST_P(LineOfPoints, WhatIsNoPositionOrNoTurnGivesNothing) {
 TEST_P(LineOfPoints, ADamagedLineChangesNothing) {
     PointsPath path(7);
     std::mt19937 random(2);
-    const auto damaged = [&random](LineBytes bytes) {
+    const auto damaged = [&random](Bytes bytes) {
         if (random() % 3 == 0) bytes[random() % bytes.size()] ^= static_cast<std::uint8_t>(1U << random() % 8);
-        LineBytes noise(random() % 3 == 0 ? random() % 60 : 0);
+        Bytes noise(random() % 3 == 0 ? random() % 60 : 0);
         for (std::uint8_t& byte : noise) byte = static_cast<std::uint8_t>(random() % 4 == 0 ? 0xA5 : random() & 0xFF);
-        return together(noise, bytes);
+        return noise + bytes;
     };
     int asked = 0;
     for (std::uint32_t tick = 0; tick < 300; ++tick) {
         const PointsState state = path.at(tick);
-        const LineBytes wanted = want(tick + 1, state);
+        const Bytes wanted = want(tick + 1, state);
         bool is_answered = false;
         for (int tries = 0; tries < 100 && !is_answered; ++tries, ++asked) {
-            const LineBytes said = end.put(damaged(points_state_frame(tick + 1, end.hello, state)));
+            const Bytes said = end.put(damaged(points_state_frame(tick + 1, end.hello, state)));
             if (said.empty() || random() % 5 == 0) continue;
             ASSERT_EQ(said, wanted) << tick;
-            for (const Heard& got : heard(damaged(said))) {
-                ASSERT_EQ(got.payload, LineBytes(wanted.begin() + 9, wanted.end() - 4)) << tick;
+            for (const Heard& got : LineEar().hear(damaged(said))) {
+                ASSERT_EQ(got.payload, Bytes(wanted.begin() + 9, wanted.end() - 4)) << tick;
                 is_answered = true;
             }
         }
@@ -374,30 +332,6 @@ TEST_P(LineOfPoints, ADamagedLineChangesNothing) {
     }
     EXPECT_GT(asked, 400);
     EXPECT_EQ(ticks(), beside.servo(0).counters.ticks);
-}
-
-// Two hands that change places feel one another's forces.
-TEST(LineOfHands, SwappedHandsFeelSwappedForces) {
-    const ServoScene scene = PointsScene::of({5}).scene();
-    PointsEnd end(scene), swapped(scene);
-    PointsPath path(8);
-    double largest_n = 0.0, worst_n = 0.0;
-    for (std::uint32_t tick = 0; tick < 600; ++tick) {
-        PointsState state = path.at(tick);
-        PointsAnswer a, b;
-        ASSERT_TRUE(end.hear(end.put(points_state_frame(tick + 1, end.hello, state)), a));
-        std::swap(state.in[1], state.in[4]);
-        ASSERT_TRUE(swapped.hear(swapped.put(points_state_frame(tick + 1, swapped.hello, state)), b));
-        std::swap(b.hands.out[1], b.hands.out[4]);
-        for (int f = 0; f < 5; ++f)
-            for (int axis = 0; axis < 3; ++axis) {
-                const double force_n = double{a.hands.out[f].force_n[axis]};
-                largest_n = std::max(largest_n, std::abs(force_n));
-                worst_n = std::max(worst_n, std::abs(force_n - double{b.hands.out[f].force_n[axis]}));
-            }
-    }
-    EXPECT_GT(largest_n, 0.1);
-    EXPECT_LT(worst_n, 1e-4 * largest_n);
 }
 
 }  // namespace

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // The serial line: whole frames come through and garbage does not; the servo's end answers a tick once, of every scene.
-#include "firmware/haptable_line.h"
-
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -9,16 +7,10 @@
 #include <vector>
 
 #include "tests/loop/every_scene.hpp"
+#include "tests/loop/line_bytes.hpp"
 
 namespace haptable::test {
 namespace {
-
-using Bytes = std::vector<std::uint8_t>;
-
-Bytes operator+(Bytes a, const Bytes& b) {
-    a.insert(a.end(), b.begin(), b.end());
-    return a;
-}
 
 template <std::size_t n>
 bool same_floats(const float (&a)[n], const float (&b)[n]) {
@@ -29,71 +21,20 @@ bool same_floats(const float (&a)[n], const float (&b)[n]) {
 
 constexpr haptable_line_hello kWhole{HAPTABLE_LINE_VERSION, 2, 3, HAPTABLE_LINE_FREE, 0x0123456789abcdef};
 
-Bytes hello_frame(std::uint32_t sequence, const haptable_line_hello& hello) {
-    Bytes bytes(HAPTABLE_LINE_HELLO_BYTES);
-    bytes.resize(haptable_line_write_hello(sequence, hello, bytes.data()));
-    return bytes;
-}
-
-Bytes state_frame(std::uint32_t sequence, const haptable_line_hello& hello, const haptable_line_state& state) {
-    Bytes bytes(HAPTABLE_LINE_STATE_BYTES);
-    bytes.resize(haptable_line_write_state(sequence, &hello, state, bytes.data()));
-    return bytes;
-}
-
-Bytes answer_frame(std::uint32_t sequence, const haptable_line_hello& hello, haptable_line_answer answer) {
-    Bytes bytes(HAPTABLE_LINE_ANSWER_BYTES);
-    bytes.resize(haptable_line_write_answer(sequence, &hello, &answer, bytes.data()));
-    return bytes;
-}
-
-/// The receiving end with room for every frame. Payloads are copied.
-class Reader {
-public:
-    struct Frame {
-        haptable_line_frame frame;
-        Bytes payload;
-    };
-    std::vector<Frame> read(const Bytes& bytes) {
-        std::vector<Frame> frames;
-        for (const std::uint8_t byte : bytes) {
-            haptable_line_frame one{};
-            if (haptable_line_read(&reader_, byte, &one) == 0) continue;
-            frames.push_back({one, Bytes(one.payload, one.payload + one.length)});
-        }
-        for (Frame& of : frames) of.frame.payload = of.payload.data();
-        return frames;
-    }
-    std::vector<std::uint32_t> sequences(const Bytes& bytes) {
-        std::vector<std::uint32_t> all;
-        for (const Frame& of : read(bytes)) all.push_back(of.frame.sequence);
-        return all;
-    }
-    const haptable_line_reader& reader() const { return reader_; }
-
-private:
-    Bytes room_ = Bytes(HAPTABLE_LINE_ANSWER_BYTES);
-    haptable_line_reader reader_ = [this] {
-        haptable_line_reader reader{};
-        haptable_line_reader_init(room_.data(), HAPTABLE_LINE_ANSWER_BYTES, &reader);
-        return reader;
-    }();
-};
-
 Bytes some_frame(std::uint32_t sequence) {
     haptable_line_state state{sequence * 1000, 0, {}};
     state.in[0] = {{0.001F * static_cast<float>(sequence % 100), 0.02F, -0.03F}, sequence % 8, 1};
-    return state_frame(sequence, {HAPTABLE_LINE_VERSION, 1, 0, 0, 0}, state);
+    return frame_of({HAPTABLE_LINE_VERSION, 1, 0, 0, 0}, state, sequence);
 }
 
 // Byte for byte as documented, with the CRCs that zlib's crc32 gives for these bytes.
 TEST(LineFrame, HasTheDocumentedBytes) {
-    EXPECT_EQ(hello_frame(7, kWhole), (Bytes{0xA5, 0x5A, 12,   0,    10,   7,    0,    0,    0,    3,    2,    3,   1,
-                                             0xEF, 0xCD, 0xAB, 0x89, 0x67, 0x45, 0x23, 0x01, 0x7B, 0x07, 0xB3, 0x07}));
+    EXPECT_EQ(frame_of(kWhole, 7), (Bytes{0xA5, 0x5A, 12,   0,    10,   7,    0,    0,    0,    3,    2,    3,   1,
+                                          0xEF, 0xCD, 0xAB, 0x89, 0x67, 0x45, 0x23, 0x01, 0x7B, 0x07, 0xB3, 0x07}));
     haptable_line_state state{0x01020304, 2, {}};
     state.in[0] = {{1.0F, 0.0F, -2.0F}, HAPTABLE_BUTTON_GRAB, 1};
     state.in[1] = {{0.5F, 0.0F, 0.0F}, HAPTABLE_BUTTON_ACKNOWLEDGE, 1};
-    EXPECT_EQ(state_frame(7, kWhole, state),
+    EXPECT_EQ(frame_of(kWhole, state, 7),
               (Bytes{0xA5, 0x5A, 38, 0, 11, 7, 0, 0, 0, 4,    3, 2, 1, 3,    2,    0,    0,
                      0x80, 0x3F, 0,  0, 0,  0, 0, 0, 0, 0xC0, 2, 0, 0, 0,    0,    0,    0x00,
                      0x3F, 0,    0,  0, 0,  0, 0, 0, 0, 4,    0, 0, 0, 0x68, 0x08, 0xA3, 0x26}));
@@ -113,7 +54,7 @@ TEST(LineFrame, HasTheDocumentedBytes) {
     pose.on_floor = 5;
     answer.q[0] = 0.25F;
     answer.q[1] = -0.25F;
-    const Bytes bytes = answer_frame(7, {HAPTABLE_LINE_VERSION, 1, 2, HAPTABLE_LINE_FREE, 0}, answer);
+    const Bytes bytes = frame_of({HAPTABLE_LINE_VERSION, 1, 2, HAPTABLE_LINE_FREE, 0}, answer, 7);
     ASSERT_EQ(bytes.size(), 154U);
     EXPECT_EQ(Bytes(bytes.begin(), bytes.begin() + 13), (Bytes{0xA5, 0x5A, 141, 0, 12, 7, 0, 0, 0, 2, 0, 1, 0x12}));
     EXPECT_EQ(Bytes(bytes.end() - 4, bytes.end()), (Bytes{0x5E, 0x89, 0x95, 0xBA})) << "of all between";
@@ -146,7 +87,7 @@ TEST(LineFrame, ComesOutAsItWentIn) {
         fill(answer.pose.position_m, 13);
         answer.pose.on_floor = 0xA5;
         fill(answer.q, HAPTABLE_MODES);
-        auto frames = Reader().read(state_frame(3, hello, state) + answer_frame(4, hello, answer));
+        auto frames = LineEar().hear(frame_of(hello, state, 3) + frame_of(hello, answer, 4));
         ASSERT_EQ(frames.size(), 2U);
         EXPECT_EQ(frames[0].payload.size(), std::size_t(HAPTABLE_LINE_STATE_PAYLOAD(parts.fingers)));
         EXPECT_EQ(frames[1].payload.size(),
@@ -155,8 +96,8 @@ TEST(LineFrame, ComesOutAsItWentIn) {
         ASSERT_EQ(haptable_line_take_answer(&frames[1].frame, &hello, &got), 1);
         EXPECT_EQ(haptable_line_take_answer(&frames[0].frame, &hello, &got), 0) << "of another type";
         // Written again they have the documented bytes, of which they lack none.
-        EXPECT_EQ(state_frame(3, hello, got_state), state_frame(3, hello, state));
-        EXPECT_EQ(answer_frame(4, hello, got), answer_frame(4, hello, answer));
+        EXPECT_EQ(frame_of(hello, got_state, 3), frame_of(hello, state, 3));
+        EXPECT_EQ(frame_of(hello, got, 4), frame_of(hello, answer, 4));
         for (int f = 0; f < parts.fingers; ++f) EXPECT_EQ(got.out[f].patch, HAPTABLE_NONE);
         if (!parts.is_free) {
             EXPECT_TRUE(same_floats(got.pose.turn, none.pose.turn) && got.pose.on_floor == 0);
@@ -193,24 +134,11 @@ TEST(LineFrame, AHelloOfAnotherVersionIsItsVersionAlone) {
 
 // ---- reading -------------------------------------------------------------------------------------------------------
 
-// Any one byte changed loses that frame alone.
-TEST(LineReader, LosesOnlyTheDamagedFrame) {
-    const std::size_t length = some_frame(0).size();
-    for (std::size_t at = 0; at < length; ++at)
-        for (int bit = 0; bit < 8; ++bit) {
-            Bytes bytes;
-            for (std::uint32_t sequence = 0; sequence < 12; ++sequence) bytes = bytes + some_frame(sequence);
-            bytes[length + at] ^= static_cast<std::uint8_t>(1U << bit);
-            EXPECT_EQ(Reader().sequences(bytes), (std::vector<std::uint32_t>{0, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}))
-                << "byte " << at << " bit " << bit;
-        }
-}
-
 // A million bytes of garbage, rich in false begins, between frames: no frame that was not sent, none lost that was
 // whole.
 TEST(LineReader, ResynchronisesAfterAMillionBytesOfGarbage) {
     std::mt19937 random(1);
-    Reader reader;
+    LineEar ear(HAPTABLE_LINE_ANSWER_BYTES);
     std::size_t garbage = 0;
     std::uint32_t sequence = 0, found = 0;
     while (garbage < 1'000'000) {
@@ -223,7 +151,7 @@ TEST(LineReader, ResynchronisesAfterAMillionBytesOfGarbage) {
         // As many frames as a false begin can cover, and one more.
         for (std::size_t i = 0; i <= HAPTABLE_LINE_ANSWER_BYTES / some_frame(0).size() + 1; ++i)
             bytes = bytes + some_frame(++sequence);
-        for (const Reader::Frame& got : reader.read(bytes)) {
+        for (const Heard& got : ear.hear(bytes)) {
             ASSERT_EQ(got.frame.sequence, found + 1);
             found = got.frame.sequence;
             const Bytes sent = some_frame(found);
@@ -231,8 +159,8 @@ TEST(LineReader, ResynchronisesAfterAMillionBytesOfGarbage) {
         }
         ASSERT_EQ(found, sequence);
     }
-    EXPECT_EQ(reader.reader().frames, sequence);
-    EXPECT_EQ(reader.reader().skipped_bytes, garbage);
+    EXPECT_EQ(ear.reader().frames, sequence);
+    EXPECT_EQ(ear.reader().skipped_bytes, garbage);
 }
 
 // ---- the servo's end -----------------------------------------------------------------------------------------------
@@ -262,7 +190,7 @@ public:
         return all;
     }
     Bytes put(std::uint32_t sequence, const haptable_line_state& state) {
-        return put(state_frame(sequence, hello, state));
+        return put(frame_of(hello, state, sequence));
     }
     /// The tick beside the line: what is to be answered.
     Bytes want(std::uint32_t sequence, const haptable_line_state& state) {
@@ -281,7 +209,7 @@ public:
         beside.step(state.in, state.time_us, answer.out);
         if (scene.modes != nullptr) std::copy_n(beside.modes()->q, scene.modes->count, answer.q);
         last = answer;
-        return answer_frame(sequence, hello, answer);
+        return frame_of(hello, answer, sequence);
     }
     std::uint32_t ticks(int finger = 0) { return behind_.servo(finger).counters.ticks; }
 
@@ -355,9 +283,9 @@ TEST_P(LineOfEveryScene, ATickHasTheForcesOfTheScenesStepAndIsSteppedOnce) {
     EXPECT_EQ(servo.ticks(), servo.beside.servo(0).counters.ticks);
 }
 
-TEST_P(LineOfEveryScene, AHelloSaysWhatTheSceneIs) {
+TEST_P(LineOfEveryScene, AHelloSaysWhatTheSceneIsAndIsAskedForByItsVersion) {
     Servo servo(GetParam());
-    EXPECT_EQ(servo.begun, hello_frame(0, servo.hello)) << "by itself, when it begins";
+    EXPECT_EQ(servo.begun, frame_of(servo.hello)) << "by itself, when it begins";
     EXPECT_EQ(servo.hello.version, HAPTABLE_LINE_VERSION);
     EXPECT_EQ(servo.hello.fingers, GetParam().fingers);
     EXPECT_EQ(servo.hello.modes, GetParam().rings ? 2 : 0);
@@ -366,29 +294,25 @@ TEST_P(LineOfEveryScene, AHelloSaysWhatTheSceneIs) {
     // It is no tick, and the last tick's answer stays.
     const Bytes want = servo.want(1, servo.state(0));
     EXPECT_EQ(servo.put(1, servo.state(0)), want);
-    EXPECT_EQ(servo.put(hello_frame(5, servo.hello)), hello_frame(5, servo.hello));
+    EXPECT_EQ(servo.put(frame_of(servo.hello, 5)), frame_of(servo.hello, 5));
     EXPECT_EQ(servo.put(1, servo.state(0)), want);
     EXPECT_EQ(servo.ticks(), 1U);
-}
-
-// A host of another version may mean something else by the same bytes.
-TEST_P(LineOfEveryScene, AHostOfAnotherVersionHearsSoAndGetsNoTick) {
-    Servo servo(GetParam());
+    // A host of another version may mean something else by the same bytes: it hears so, and gets no tick.
     haptable_line_hello other = servo.hello, said = servo.hello;
     ++other.version;
     said.flags |= HAPTABLE_LINE_OTHER_VERSION;
-    EXPECT_EQ(servo.put(hello_frame(5, other)), hello_frame(5, said));
-    EXPECT_TRUE(servo.put(1, servo.state(0)).empty());
-    EXPECT_EQ(servo.ticks(), 0U);
-    EXPECT_EQ(servo.put(hello_frame(6, servo.hello)), hello_frame(6, servo.hello));
-    EXPECT_EQ(servo.put(1, servo.state(0)), servo.want(1, servo.state(0)));
+    EXPECT_EQ(servo.put(frame_of(other, 6)), frame_of(said, 6));
+    EXPECT_TRUE(servo.put(2, servo.state(1)).empty());
+    EXPECT_EQ(servo.ticks(), 1U);
+    EXPECT_EQ(servo.put(frame_of(servo.hello, 7)), frame_of(servo.hello, 7));
+    EXPECT_EQ(servo.put(2, servo.state(1)), servo.want(2, servo.state(1)));
 }
 
 // Bits fall over both ways, noise comes between, answers are lost: a host that asks until it is answered gets the
 // forces of the scene's step, each tick stepped once.
 TEST_P(LineOfEveryScene, ADamagedLineChangesNoForce) {
     Servo servo(GetParam());
-    Reader host;
+    LineEar host(HAPTABLE_LINE_ANSWER_BYTES);
     std::mt19937 random(2);
     const auto damaged = [&random](Bytes bytes) {
         if (random() % 3 == 0) bytes[random() % bytes.size()] ^= static_cast<std::uint8_t>(1U << random() % 8);
@@ -402,9 +326,9 @@ TEST_P(LineOfEveryScene, ADamagedLineChangesNoForce) {
         const Bytes want = servo.want(tick + 1, state);
         bool is_answered = false;
         for (int tries = 0; tries < 100 && !is_answered; ++tries, ++asked) {
-            const Bytes answer = servo.put(damaged(state_frame(tick + 1, servo.hello, state)));
+            const Bytes answer = servo.put(damaged(frame_of(servo.hello, state, tick + 1)));
             if (answer.empty() || random() % 5 == 0) continue;
-            for (const Reader::Frame& got : host.read(damaged(answer))) {
+            for (const Heard& got : host.hear(damaged(answer))) {
                 ASSERT_EQ(got.payload, Bytes(want.begin() + 9, want.end() - 4)) << tick;
                 is_answered = true;
             }

@@ -26,6 +26,14 @@ inline bool same(const TargetTick::Finger& got, const haptable_output& host) {
            same_bits(got.god_object_m, host.god_object_m) && same_bits(got.force_n, host.force_n);
 }
 
+/// Of a place and the vector of a turn, as firmware/port makes it: its root, too.
+inline haptable_tool_input pose_of(const std::array<float, 6>& row) {
+    haptable_tool_input in{{{row[0], row[1], row[2]}, 0, 1}, {1.0F, row[3], row[4], row[5]}};
+    const float rest = 1.0F - row[3] * row[3] - row[4] * row[4] - row[5] * row[5];
+    for (int i = 0; i < 8; ++i) in.turn[0] = 0.5F * (in.turn[0] + rest / in.turn[0]);
+    return in;
+}
+
 /// The host's servo over a path, a tick after the other, its work counted alone.
 class HostTicks {
 public:

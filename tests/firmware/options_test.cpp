@@ -156,14 +156,6 @@ TEST(Release, AForceThatBrakesMoreComesUpAtItsSlewAndIsPaid) {
     EXPECT_WITHIN(std::abs(last - 0.5), rounded);
 }
 
-haptable_model with_friction(haptable_model model, float at_rest = 0.5F, float moving = 0.4F) {
-    model.frictionless = model.god_object;
-    model.god_object = haptable_god_object_friction;
-    model.static_friction = at_rest;
-    model.kinetic_friction = moving;
-    return model;
-}
-
 TEST(Friction, SticksWithinTheStaticConeAndSlipsOnTheKineticOne) {
     const SpringBox box;
     Finger finger(with_friction(box.model(), 0.4F, 0.3F));
@@ -294,24 +286,6 @@ TEST(Coupling, AutoLeavesNoPointStifferThanTheDeviceRenders) {
     scaled.device.delay_s = 1e-3;
     const double most_n = felt(scaled, ForceLaw::kConsistent, (0.005 + 0.04 / 0.5) / (0.5e-3 + 1e-3) / 4.0);
     EXPECT_WITHIN(std::abs(most_n - 8.5 / 8.0), .count = 4, .epsilon = kFloat, .size = 8.5 / 8.0);
-}
-
-// Two models of different modes, step by step in one program, give what each gives alone.
-TEST(Modes, TwoModelsOfDifferentModesRunSideBySide) {
-    const ElasticBody paper(cube_scene(5, 0.3), ForceLaw::kInterpolated),
-        mask(cube_scene(5, 0.49), ForceLaw::kPressureMask, 0.008);
-    const haptable_model a = paper.model(), b = mask.model(GodObject::kLeastEnergy);
-    Finger alone_a(a), alone_b(b), with_a(a), with_b(b);
-    const auto press = [](std::vector<Finger*> fingers) {
-        for (int i = 0; i < 100; ++i)
-            for (Finger* finger : fingers) finger->to({0.012, 0.011, 0.0305 - 3e-5 * i});
-    };
-    press({&alone_a});
-    press({&alone_b});
-    press({&with_a, &with_b});
-    EXPECT_EQ(alone_a.force(), with_a.force());
-    EXPECT_EQ(alone_b.force(), with_b.force());
-    EXPECT_NE(alone_a.force(), alone_b.force());
 }
 
 }  // namespace

@@ -18,11 +18,8 @@ namespace {
 
 class PointsReplay : public testing::TestWithParam<const char*> {};
 
-INSTANTIATE_TEST_SUITE_P(Targets, PointsReplay, testing::ValuesIn(kTargets), [](const auto& of) {
-    std::string name = of.param;
-    std::replace(name.begin(), name.end(), '-', '_');
-    return name;
-});
+INSTANTIATE_TEST_SUITE_P(Targets, PointsReplay, testing::ValuesIn(kTargets),
+                         [](const auto& target) { return test_name(target.param); });
 
 TEST_P(PointsReplay, OfAToolHasTheHostsWrenchUnderItsBound) {
     const TargetImage image(build_folder(), "pressed-disc", GetParam());
@@ -37,14 +34,8 @@ TEST_P(PointsReplay, OfAToolHasTheHostsWrenchUnderItsBound) {
     std::size_t touching = 0, turned = 0;
     std::uint64_t most = 0;
     for (std::size_t i = 0; i < path_m.size(); ++i) {
-        haptable_tool_input in{{{}, 0, 1}, {}};
         haptable_tool_output out{};
-        std::copy_n(path_m[i].begin(), 3, in.hand.finger_m);
-        std::copy_n(path_m[i].begin() + 3, 3, &in.turn[1]);
-        const float rest = 1.0F - in.turn[1] * in.turn[1] - in.turn[2] * in.turn[2] - in.turn[3] * in.turn[3];
-        in.turn[0] = 1.0F;  // the root, as the image takes it
-        for (int step = 0; step < 8; ++step) in.turn[0] = 0.5F * (in.turn[0] + rest / in.turn[0]);
-        state.step(in, static_cast<std::uint32_t>(i * 1000), out);
+        state.step(pose_of(path_m[i]), static_cast<std::uint32_t>(i * 1000), out);
         ASSERT_TRUE(same(ticks[i].finger[0], out.hand)) << "tick " << i;
         for (std::size_t a = 0; a < 3; ++a) ASSERT_EQ(ticks[i].q[a], out.torque_n_m[a]) << "tick " << i;
         EXPECT_GT(ticks[i].instructions, 0U);

@@ -46,9 +46,7 @@ Scene scene_of(const Made& made) {
     scene.contact.force = made.force;
     if (made.force == ForceLaw::kPressureMask) scene.contact.mask_radius_m = 0.011;
     if (made.is_free) {
-        scene.fixed.clear();
-        scene.free_body = FreeBody{};
-        scene.free_body->density_kg_per_m3 = 1000.0;
+        set_free(scene);
         scene.free_body->stiffness = {200.0, 200.0, 200.0, 0.05, 0.05, 0.05};  // or a finger would push it away
         scene.free_body->damping = {2.0, 2.0, 2.0, 5e-4, 5e-4, 5e-4};
     }

@@ -156,19 +156,6 @@ TEST(ForceRate, NoForceRisesFasterAndAllFallAtOnce) {
     EXPECT_EQ(servo.out.state, HAPTABLE_CONTACT) << "after leaving the whole force is there again";
 }
 
-// A stroke that turns about: the force that was is no part of one in the other direction.
-TEST(ForceRate, HoldsInEveryDirection) {
-    Guarded servo({.max_force_rate_n_per_s = 50.0});
-    servo.press(0.002, 100);
-    std::mt19937 random(1);
-    std::normal_distribution<double> normal(0.0, 0.004);
-    for (int tick = 0; tick < 2000; ++tick) {
-        servo.to({0.015 + normal(random), 0.015 + normal(random), 0.0275 + 0.5 * normal(random)});
-        expect_rise(servo, 0.05);
-    }
-    EXPECT_GT(servo.servo.counters.rate_limits, 100U);
-}
-
 // What the limit held back was not paid for, and is not given back: pressed fast, and lifted slowly.
 TEST(ForceRate, GivesNoMoreEnergyThanWasPutIn) {
     Guarded servo({.max_force_rate_n_per_s = 50.0});
@@ -212,16 +199,6 @@ TEST(MeanForce, StaysBelowItsLimit) {
 }
 
 // ---- how a force comes back -----------------------------------------------------------------------------------------
-
-TEST(ForceReturn, AfterLeavingWhereTheSceneSaysSo) {
-    Guarded servo;
-    for (int tick = 0; tick < 1000; ++tick) {
-        servo.to(Guarded::at(0.002));
-        ASSERT_EQ(servo.force(), 0.0);
-    }
-    servo.press(0.002);
-    EXPECT_GT(servo.force(), 0.0);
-}
 
 TEST(ForceReturn, ByARampAtAStartInsideAndAfterSilence) {
     const double ramp_s = 0.1;

@@ -89,26 +89,8 @@ TEST_P(Stiffening, ContactIsTheLinearOnesAndItsForceTimesPsi) {
     EXPECT_EQ(most, kCurve.factor(kCurve.energy_j)) << "beyond e_0 too";
 }
 
-// F = -dPsi/dx: what the user does over a way is what is stored, but for the steps' squares; and with least energy the
-// way may lead over the surface. Paths of 25,000 ticks, back to where they began.
-TEST_P(LeastStiffening, ClosedLoopsGiveNoEnergy) {
-    std::mt19937 random(11);
-    std::uniform_real_distribution<double> side(0.006, 0.024), depth(0.0005, 0.004);
-    WithLaws body(linear_, laws_);
-    Finger finger(body.model());
-    for (int loop = 0; loop < 6; ++loop) {
-        finger.begin();
-        finger.to({0.015, 0.015, kTop_m + 1e-4});
-        std::vector<Vector3d> corner{{0.015, 0.015, kTop_m - 1e-4}};
-        for (int k = 0; k < 3; ++k) corner.push_back({side(random), side(random), kTop_m - depth(random)});
-        corner.push_back(corner.front());
-        const Work work = walk(finger, corner, 2000);
-        EXPECT_GT(work.put_in_j, 0.25 * kCurve.energy_j) << "deep enough to stiffen";
-        EXPECT_LE(work.given_j, 1e-3 * work.put_in_j);
-    }
-}
-
 constexpr Law kLaws[] = {
+    {"nothing else", [](Tables&) {}},
     {"friction", [](Tables& t) { t.static_friction = t.kinetic_friction = 0.4; }},
     {"release", [](Tables& t) { t.options.set("contact.release_slew", 0.01); }},
     {"passivity", [](Tables& t) { t.options.set("contact.passivity", true); }},
@@ -133,7 +115,9 @@ constexpr Law kLaws[] = {
      }},
 };
 
-// Presses, goes around on the surface and comes back, in 5,000 ticks: at no time has the hand got more than it gave.
+// F = -dPsi/dx: what the user does over a way is what is stored, but for the steps' squares; and with least energy the
+// way may lead over the surface. Presses, goes around on it and comes back, in 5,000 ticks: at no time has the hand got
+// more than it gave.
 TEST_P(LeastStiffening, WithAnyLawClosedLoopsGiveNoEnergy) {
     for (const Law& law : kLaws) {
         if (law.name == std::string("mean")) continue;  // a clamp, which needs a force of a motor's size
@@ -150,7 +134,8 @@ TEST_P(LeastStiffening, WithAnyLawClosedLoopsGiveNoEnergy) {
             corner.push_back(above);
             finger.begin();
             const Work work = walk(finger, corner, 1250);
-            EXPECT_GT(work.put_in_j, 0.0);
+            EXPECT_GT(work.put_in_j, law.ask == kLaws[0].ask ? 0.25 * kCurve.energy_j : 0.0)
+                << "deep enough to stiffen";
             EXPECT_LE(work.most_j, 1e-3 * work.put_in_j);
         }
     }

@@ -280,18 +280,12 @@ TEST(Tool, OfTwoPointsOneAloneIsAFinger) {
     for (const ForceLaw force : kCompliances) {
         const ElasticBody& body = coupled_cube(force);
         Tool tool(body, {{0.0F, 0.0F, 0.0F}, {0.0F, 0.0F, 0.02F}});
-        Finger finger(body.model());
-        for (int tick = 0; tick < 300; ++tick) {
-            const Vector3d x(0.012 + 1e-5 * tick, 0.014, 0.031 - 1e-5 * tick);
+        const auto to = [&](const Vector3d& x) {
             tool.to(x);
-            finger.to(x);
-            ASSERT_EQ(tool.servo(0).contact.patch, finger.servo().contact.patch) << tick;
-            const double depth_m = std::max(1e-7, (finger.at() - finger.god()).norm());
-            EXPECT_WITHIN((tool.force() - finger.force()).norm(), .count = 32,
-                          .epsilon = kFloat * (1.0 + body.size() / depth_m), .condition = 10,
-                          .size = finger.force().norm());
-            EXPECT_WITHIN(tool.torque().norm(), .size = 0.0);  // the point is at the handle
-        }
+            EXPECT_EQ(tool.torque().norm(), 0.0) << "the point is at the handle";
+        };
+        expect_a_finger(
+            body, to, [&] { return tool.force(); }, [&] { return tool.servo(0).contact.patch; });
         EXPECT_EQ(tool.pressing(), 1U);
     }
 }
@@ -492,18 +486,6 @@ TargetPath<6> tool_path(const ElasticBody& body, int strokes) {
         }
     }
     return path;
-}
-
-/// The pose as firmware/port/measure.c makes it.
-haptable_tool_input pose_of(const std::array<float, 6>& row) {
-    haptable_tool_input in{};
-    in.hand.is_there = 1;
-    const float rest = 1.0F - row[3] * row[3] - row[4] * row[4] - row[5] * row[5];
-    float guess = 1.0F;
-    for (int i = 0; i < 8; ++i) guess = 0.5F * (guess + rest / guess);
-    in.turn[0] = guess;
-    for (std::size_t c = 0; c < 3; ++c) in.hand.finger_m[c] = row[c], in.turn[1 + c] = row[3 + c];
-    return in;
 }
 
 // Four points run at 1 kHz on a Cortex-M7 at 600 MHz, at one instruction a clock (docs/COSTS.md).

@@ -9,15 +9,14 @@
 #include <memory>
 #include <random>
 #include <string>
-#include <vector>
 
 #include "codegen/loaded_scene.hpp"
-#include "firmware/haptable_line_points.h"
 #include "host/base/progress.hpp"
 #include "host/precompute/precompute.hpp"
 #include "host/scene/scene.hpp"
 #include "host/session/scene.hpp"
 #include "tests/loop/helpers.hpp"
+#include "tests/loop/line_bytes.hpp"
 
 namespace haptable::test {
 
@@ -105,11 +104,8 @@ private:
     std::array<Way, HAPTABLE_HANDS> way_{};
 };
 
-using LineBytes = std::vector<std::uint8_t>;
-
-inline LineBytes points_state_frame(std::uint32_t sequence, const haptable_line_hello& hello,
-                                    const PointsState& state) {
-    LineBytes bytes(HAPTABLE_HANDS_LINE_STATE_BYTES);
+inline Bytes points_state_frame(std::uint32_t sequence, const haptable_line_hello& hello, const PointsState& state) {
+    Bytes bytes(HAPTABLE_HANDS_LINE_STATE_BYTES);
     if ((hello.flags & HAPTABLE_LINE_TOOL) != 0) {
         haptable_tool_line_state tool{state.time_us, state.begins, {state.in[0], {}}};
         std::copy_n(state.turn.begin(), 4, tool.in.turn);
@@ -128,8 +124,8 @@ struct PointsAnswer {
     haptable_tool_line_answer tool{};
 };
 
-inline LineBytes points_answer_frame(std::uint32_t sequence, const haptable_line_hello& hello, PointsAnswer answer) {
-    LineBytes bytes(HAPTABLE_TOOL_LINE_ANSWER_BYTES);
+inline Bytes points_answer_frame(std::uint32_t sequence, const haptable_line_hello& hello, PointsAnswer answer) {
+    Bytes bytes(HAPTABLE_TOOL_LINE_ANSWER_BYTES);
     bytes.resize((hello.flags & HAPTABLE_LINE_TOOL) != 0
                      ? haptable_tool_line_write_answer(sequence, &answer.tool, bytes.data())
                      : haptable_hands_line_write_answer(sequence, &hello, &answer.hands, bytes.data()));
@@ -148,37 +144,32 @@ public:
         hello = is_tool_ ? tool_.line.own : hands_.line.own;
     }
 
-    LineBytes put(std::uint8_t byte) {
+    Bytes put(std::uint8_t byte) {
         std::uint32_t count = 0;
         const std::uint8_t* said = is_tool_
                                        ? haptable_tool_line(&state.scene(), state.memory(), &tool_, byte, &count)
                                        : haptable_hands_line(&state.scene(), state.memory(), &hands_, byte, &count);
         return {said, said + count};
     }
-    LineBytes put(const LineBytes& bytes) {
-        LineBytes all;
+    Bytes put(const Bytes& bytes) {
+        Bytes all;
         for (const std::uint8_t byte : bytes) {
-            const LineBytes said = put(byte);
+            const Bytes said = put(byte);
             all.insert(all.end(), said.begin(), said.end());
         }
         return all;
     }
     /// What it said, where that is an answer.
-    bool hear(const LineBytes& bytes, PointsAnswer& answer) const {
-        LineBytes room(HAPTABLE_TOOL_LINE_ANSWER_BYTES);
-        haptable_line_reader reader{};
-        haptable_line_frame frame{};
-        haptable_line_reader_init(room.data(), HAPTABLE_TOOL_LINE_ANSWER_BYTES, &reader);
-        int whole = 0;
-        for (const std::uint8_t byte : bytes) whole += haptable_line_read(&reader, byte, &frame);
-        if (whole != 1) return false;
-        return (is_tool_ ? haptable_tool_line_take_answer(&frame, &answer.tool)
-                         : haptable_hands_line_take_answer(&frame, &hello, &answer.hands)) != 0;
+    bool hear(const Bytes& bytes, PointsAnswer& answer) const {
+        const auto frames = LineEar().hear(bytes);
+        if (frames.size() != 1) return false;
+        return (is_tool_ ? haptable_tool_line_take_answer(&frames[0].frame, &answer.tool)
+                         : haptable_hands_line_take_answer(&frames[0].frame, &hello, &answer.hands)) != 0;
     }
 
     SceneState state;
     haptable_line_hello hello{};  ///< what it says of itself
-    LineBytes begun;              ///< what it has said by itself
+    Bytes begun;                  ///< what it has said by itself
 
 private:
     bool is_tool_;

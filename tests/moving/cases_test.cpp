@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "host/link/finger_path.hpp"
+#include "tests/finger.hpp"
 #include "tests/moving/adapter.hpp"
 #include "tests/tolerance.hpp"
 
@@ -63,10 +64,7 @@ Vector3d force_at(const haptable_model& model, const Felt& felt) {
     contact.patch = static_cast<std::uint16_t>(felt.patch);
     std::copy_n(felt.alpha.data(), 3, contact.alpha);
     std::copy_n(felt.god_m.data(), 3, contact.god_object_m);
-    float finger_m[3], nodal_n[3][3], force_n[3];
-    std::copy_n(felt.at_m.data(), 3, finger_m);
-    model.force(&model, &contact, finger_m, nodal_n, force_n);
-    return to_vector(force_n);
+    return test::force_at(model, contact, felt.at_m);
 }
 
 // The body has what the finger gave: F T, summed. While nothing touches it nothing changes: momentum to the last bit,
@@ -150,7 +148,6 @@ TEST_F(MovingCase, LoopThroughARaisedFaceGivesNothingAndNoFaceChatters) {
     }
 }
 
-// Where two fingers load one node alone, swapped ones feel swapped forces.
 TEST_F(MovingCase, SwappedFingersNextToFixedNodesFeelSwappedForces) {
     open("lifted");
     std::vector<TwoPoints> felt;

@@ -25,9 +25,7 @@ Scene ringing_scene(std::size_t body, bool is_free, ForceLaw force) {
     Scene scene = mouse_scene();
     scene.body_modes = BodyModes{8, 0.05, is_free ? 0.0 : 1000.0, 0.0, 1};
     if (is_free) {
-        scene.fixed.clear();
-        scene.free_body = FreeBody{};
-        scene.free_body->density_kg_per_m3 = 1000.0;
+        set_free(scene);
     }
     scene.contact = {};
     scene.contact.force = force;

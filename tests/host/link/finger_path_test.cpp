@@ -33,6 +33,7 @@ TEST_F(FingerPathTest, ReadsPositions) {
     ASSERT_EQ(path.size(), 2U);
     EXPECT_EQ(path[0], (std::array<double, 3>{0.015, -0.002, 0.03}));
     EXPECT_EQ(path[1], (std::array<double, 3>{1.0, 2.0, 3.0}));
+    EXPECT_EQ(ticks("x,y,z,x2,y2,z2\n0,0,0,1,2,3\n").at(0).others.at(0).position_m, path[1]) << "of two fingers";
 }
 
 const std::string kServo = "tick,x,y,z,contact,force_x";
@@ -93,7 +94,8 @@ TEST_F(FingerPathTest, NamesTheBadLine) {
         }
     };
     const std::string turned = "x,y,z,qw,qx,qy,qz\n", pressed = "x,y,z,buttons\n";
-    expect_at(1, Positions::any, {"", "1,2,3\n", "x,y\n1,2\n", "x,y,z,force\n1,2,3,0\n", "x,y,z,qw\n1,2,3,1\n"});
+    expect_at(1, Positions::any,
+              {"", "1,2,3\n", "x,y\n1,2\n", "x,y,z,force\n1,2,3,0\n", "x,y,z,qw\n1,2,3,1\n", "x,y,z,x2\n"});
     expect_at(2, Positions::any,
               {"x,y,z\n1,2,3,4\n", "x,y,z\n1,,3\n", "x,y,z\n1,2,3mm\n", "x,y,z\n1,2,0x10\n", "x,y,z\n1;2;3\n",
                "x,y,z\n1,2,--3\n", std::string("x,y,z\n1,2,\0\n", 11), kServo + "\n0.5,1,2,3,0,0\n",
@@ -101,7 +103,9 @@ TEST_F(FingerPathTest, NamesTheBadLine) {
                pressed + "1,2,3,\n", pressed + "1,2,3,0,0\n"});
     expect_at(3, Positions::any,
               {"x,y,z\n1,2,3\n1,2\n", "x,y,z\n1,2,3\n\n1,2,3\n", kServo + "\n0,1,2,3,0,0\n1,1,2,3,0\n"});
-    expect_at(2, Positions::finite, {"x,y,z\n1,2,1e999\n", turned + "1,2,3,1,0.1,0,0\n"});
+    expect_at(2, Positions::finite,
+              {"x,y,z\n1,2,1e999\n", turned + "1,2,3,1,0.1,0,0\n", "x,y,z,x2,y2,z2\n0,0,0,1,1\n",
+               "x,y,z,x2,y2,z2\n0,0,0,1,nan,1\n"});
     expect_at(3, Positions::finite, {"x,y,z\n1,2,3\n1,nan,3\n"});
     EXPECT_THROW(read_finger_path(folder_ / "none.csv", Positions::any), Error);
 }

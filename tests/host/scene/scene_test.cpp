@@ -170,6 +170,14 @@ TEST_F(SceneFile, MembranesBedsAndGravityAreRead) {
     EXPECT_FALSE(scene.gravity->prestress);
 }
 
+TEST_F(SceneFile, TwoFingersMayHaveWhatOneHas) {
+    const std::string two = replaced(kGood, "\"interpolated\"", "\"consistent\"\nfingers = 2");
+    for (const char* more :
+         {"coupling_bytes = 1000\n", "precision = \"int16\"\n", "[[relaxation]]\nshare = 0.3\ntime = 1.0\n"})
+        EXPECT_EQ(read(two + more).contact.fingers, 2) << more;
+    EXPECT_TRUE(fails_with([&] { read(two + "coupling_bytes = 0\n"); }, ":20: "));
+}
+
 TEST_F(SceneFile, RelaxationIsRead) {
     const Scene scene =
         read(kGood + "[[relaxation]]\nshare = 0.3\ntime = 0.1\n[[relaxation]]\nshare = 0.2\ntime = 5\n");

@@ -9,28 +9,13 @@
 
 #include <array>
 #include <cstdlib>
-#include <vector>
 
-#include "firmware/haptable_line.h"
 #include "host/link/line.hpp"
 #include "host/session/scene.hpp"
 #include "tests/loop/helpers.hpp"
+#include "tests/loop/line_bytes.hpp"
 
 namespace haptable::test {
-
-using Bytes = std::vector<std::uint8_t>;
-
-/// Frames of a target that says this of itself, whether it is so or not.
-inline Bytes frame_of(const haptable_line_hello& hello) {
-    Bytes bytes(HAPTABLE_LINE_HELLO_BYTES);
-    bytes.resize(haptable_line_write_hello(0, hello, bytes.data()));
-    return bytes;
-}
-inline Bytes frame_of(const haptable_line_hello& hello, haptable_line_answer answer, std::uint32_t number) {
-    Bytes bytes(HAPTABLE_LINE_ANSWER_BYTES);
-    bytes.resize(haptable_line_write_answer(number, &hello, &answer, bytes.data()));
-    return bytes;
-}
 
 /// What has come there.
 inline Bytes take_from(int fd) {

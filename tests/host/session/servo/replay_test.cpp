@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "host/base/error.hpp"
+#include "tests/error_of.hpp"
 #include "tests/finger.hpp"
 #include "tests/loop/helpers.hpp"
 #include "tests/moving_body.hpp"
@@ -119,6 +120,7 @@ TEST_F(ReplayTest, RejectsBadPositionsAndGoesOn) {
 TEST_F(ReplayTest, WritesNothingForABadPath) {
     EXPECT_THROW(run("x,y,z\n0,0,0\n0,0\n"), Error);
     EXPECT_EQ(folder.file_count(), 1U);  // in.csv
+    EXPECT_TRUE(fails_with([&] { run("x,y,z,x2,y2,z2\n0,0,0,1,1,1\n"); }, "fingers = 2"));
     EXPECT_THROW(replay(scene, folder / "in.csv", folder / "no" / "out.csv", true), Error);
 }
 
