@@ -126,9 +126,7 @@ TEST_F(BoxLoop, AReplayTellsAnotherForce) {
 TEST_F(BoxLoop, ALogWithoutAServoHasItsStates) {
     LogWriter lonely(log("lonely")), empty(log("empty"));
     for (int seq = 0; seq < 5; ++seq) {
-        const device_state state = simulated_state(seq, 1000 * seq);
-        std::vector<std::uint8_t> data(static_cast<std::size_t>(state.getEncodedSize()));
-        state.encode(data.data(), 0, static_cast<int>(data.size()));
+        const auto data = encoded(simulated_state(seq, 1000 * seq));
         for (int twice = 0; twice < 2; ++twice) lonely.add(channel_of<device_state>(), data, 1000 * seq);
     }
     lonely.finish();

@@ -61,7 +61,6 @@ TEST_F(FaultySession, OfTheSameSeedAreTheSame) {
     EXPECT_NE(one.forces, other.forces);
 }
 
-// Each does what its name says.
 TEST_F(FaultySession, DropLosesItsShareOfMessagesBothWays) {
     const Watched watched = run("drop=0.1");
     const auto ticks = static_cast<double>(watched.device.ticks);
@@ -78,6 +77,8 @@ TEST_F(FaultySession, DelayMakesEveryAnswerLateAndOfMoreThanSilenceGivesNoForce)
     EXPECT_GT(late.felt_ticks, 1000);
     EXPECT_EQ(stale.felt_ticks, 0);
     EXPECT_GT(stale.device.stale_answers, 1000);
+    EXPECT_GE(stale.device.latency.max_us(), 22'000.0);
+    EXPECT_EQ(stale.device.contact_ticks, 0);
 }
 
 // A clock that is set back is silence at most.

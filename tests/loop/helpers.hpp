@@ -124,6 +124,13 @@ inline std::string finger_path_of(const std::filesystem::path& servo_csv) {
     return path;
 }
 
+template <typename Message>
+std::vector<std::uint8_t> encoded(const Message& message) {
+    std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
+    message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+    return bytes;
+}
+
 /// Handles every message that is there already.
 inline void handle_all(Connection& connection) {
     while (connection.handle_until(Clock::now())) {

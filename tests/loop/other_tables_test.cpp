@@ -39,7 +39,7 @@ SceneFiles with_flipped_bit(SceneFiles files, int bit) {
 class OtherTables : public testing::Test {
 protected:
     void expect_both_named(const std::string& said) const {
-        for (const LoadedScene* one : {&ours, &theirs}) EXPECT_NE(said.find(hash_of(*one)), std::string::npos) << said;
+        for (const LoadedScene* one : {&ours, &theirs}) EXPECT_TRUE(says(said, hash_of(*one)));
     }
     int replay(const std::string& tables) const {
         const std::string in = folder / "path.csv", out = folder / "out.csv";
@@ -60,7 +60,7 @@ TEST_F(OtherTables, AreOfTheSameInputsAndHaveAnotherHash) {
     EXPECT_EQ(hash_of(ours), hash_of(LoadedScene(made)));
     // Below a float's last bit: the servo's tables are the same.
     EXPECT_EQ(hash_of(ours), hash_of(LoadedScene(with_flipped_bit(made, 0))));
-    EXPECT_NE(model_text(theirs.tables(), theirs.servo()).header.find("_HASH 0x" + hash_of(theirs)), std::string::npos);
+    EXPECT_TRUE(says(model_text(theirs.tables(), theirs.servo()).header, "_HASH 0x" + hash_of(theirs)));
 }
 
 TEST_F(OtherTables, AServoDoesNotAnswerADeviceThatWantsTheOther) {

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "tests/error_of.hpp"
+#include "tests/process.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace haptable::test {
@@ -104,13 +105,11 @@ TEST(Child, DoesNotOutliveItsObject) {
 TEST(Child, DoesNotOutliveAKilledParent) {
     const TemporaryFolder folder;
     const std::string file = (folder.path() / "id").string();
-    const pid_t parent = fork();
-    if (parent == 0) {
+    status_of([&] {
         Child child("sleep", {"sh", "-c", "echo $$; exec sleep 60"});
         std::ofstream(file) << id_printed_by(child) << std::endl;
-        kill(getpid(), SIGKILL);
-    }
-    waitpid(parent, nullptr, 0);
+        return kill(getpid(), SIGKILL);
+    });
     pid_t id = 0;
     std::ifstream(file) >> id;
     ASSERT_GT(id, 0);

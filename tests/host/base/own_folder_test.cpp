@@ -11,6 +11,7 @@
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "tests/error_of.hpp"
+#include "tests/process.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace haptable {
@@ -87,16 +88,15 @@ TEST_F(BaseOwnFolder, NamesInAMarkStayInTheFolder) {
 
 // kill -9 at any moment: the lock goes with the process, the mark tells the next run what is haptable's.
 TEST_F(BaseOwnFolder, WhatAKilledProcessLeftGoes) {
-    const pid_t child = fork();
-    if (child == 0) {
+    const int status = test::status_of([this] {
         OwnFolder own(place_, kSession);
         write_file(own.file("a"), "a");
         const StagedPath beside(place_ / "tables", StagedKind::folder);
         write_file(beside.path() / "half", "half");
         const StagedPath file(place_ / "b");
-        kill(getpid(), SIGKILL);
-    }
-    waitpid(child, nullptr, 0);
+        return kill(getpid(), SIGKILL);
+    });
+    EXPECT_EQ(status, -SIGKILL);
     EXPECT_EQ(count(place_), 4U) << "the mark, a, and two under construction";
     write_file(place_ / "b.haptable-x", "the user's");
     OwnFolder own(place_, kSession);

@@ -143,21 +143,5 @@ TEST(MaskCompliance, PairsAreThoseUnderOnePatch) {
     }));
 }
 
-TEST(MaskCompliance, ThreadsChangeNoBit) {
-    const Masked alone(10, 0.008, 1);
-    for (int threads : {2, 3}) {
-        const Masked shared(10, 0.008, threads);
-        for (std::size_t k = 0; k < alone.masks.vertex.size() + alone.masks.edge.size(); ++k) {
-            EXPECT_EQ(shared.masks.weights(k).node, alone.masks.weights(k).node);
-            EXPECT_EQ(shared.masks.weights(k).weight, alone.masks.weights(k).weight);
-        }
-        EXPECT_EQ(shared.masks.most_nodes, alone.masks.most_nodes);
-        EXPECT_EQ(shared.c.vertex, alone.c.vertex);
-        EXPECT_EQ(shared.c.edge, alone.c.edge);
-        EXPECT_EQ(shared.c.patch, alone.c.patch);
-        EXPECT_EQ(shared.c.flops, alone.c.flops);
-    }
-}
-
 }  // namespace
 }  // namespace haptable::test

@@ -14,6 +14,7 @@
 #include "host/tables/tables.hpp"
 #include "tests/bodies.hpp"
 #include "tests/error_of.hpp"
+#include "tests/files_apart.hpp"
 #include "tests/host/inverse/dense_reference.hpp"
 #include "tests/host/inverse/inverses.hpp"
 #include "tests/pressures.hpp"
@@ -217,26 +218,6 @@ protected:
     Progress progress_{true};
 };
 
-template <typename T>
-double value(T x) {
-    return double(x);
-}
-double value(Half x) { return double(to_float(x)); }
-
-/// Largest difference of two files' entries, as a fraction of the largest entry.
-template <typename T>
-double difference(const std::filesystem::path& a, const std::filesystem::path& b) {
-    const MappedNpy<T> one(a), other(b);
-    EXPECT_EQ(one.shape(), other.shape());
-    double largest = 0.0, most = 0.0;
-    for (std::size_t e = 0; e < std::min(one.values().size(), other.values().size()); ++e) {
-        const double x = value(one.values()[e]), y = value(other.values()[e]);
-        largest = std::max(largest, std::abs(x - y));
-        most = std::max(most, std::abs(x));
-    }
-    return largest / most;
-}
-
 /// A scene whose tables are the same by any Inverse: what `make` changes of the cube.
 struct Task {
     const char* name;
@@ -301,7 +282,7 @@ TEST_P(PrecomputeBy, WritesTheSameTablesByAny) {
         const auto expect_near = [&](auto type, const char* name, const test::Bound& most) {
             const fs::path one = folder.path() / "one" / name;
             if (!fs::exists(one)) return;
-            EXPECT_WITHIN(difference<decltype(type)>(one, folder.path() / "other" / name), most) << name;
+            EXPECT_WITHIN(test::difference<decltype(type)>(one, folder.path() / "other" / name), most) << name;
         };
         const test::Bound inverted = linear().bound.times(10.0 * task.condition);  // by the condition of an L_ii
         ASSERT_TRUE(fs::exists(folder.path() / "one/columns.npy"));
@@ -326,8 +307,8 @@ TEST_P(PrecomputeBy, ForeseesItsMemoryAndReusesItsTables) {
     EXPECT_EQ(top.processes.empty(), !inverse_->is_distributed());
     scene = test::cube_scene(5, 0.3);
     options.memory_bytes = 0.5 * top.memory.factor;
-    const std::string said = test::error_of([&] { precompute(scene, folder.path() / "out", progress_, options); });
-    EXPECT_TRUE(test::says(said, "GB of memory"));
+    EXPECT_TRUE(
+        test::fails_with([&] { precompute(scene, folder.path() / "out", progress_, options); }, "GB of memory"));
     options.memory_bytes = 0.0;
     const Reused reused = precompute(scene, folder.path() / "out", progress_, options).summary.reused;
     EXPECT_FALSE(reused.all);

@@ -30,11 +30,7 @@ constexpr int kModes = 8;
 Scene cube(int nodes_per_side, Element element, bool is_free, double poisson = 0.45) {
     Scene scene = test::cube_scene(nodes_per_side, poisson);
     scene.mesh.element = element;
-    if (is_free) {
-        scene.fixed.clear();
-        scene.free_body = FreeBody{};
-        scene.free_body->density_kg_per_m3 = kDensity;
-    }
+    if (is_free) test::set_free(scene, kDensity);
     scene.body_modes = BodyModes{kModes, 0.05, is_free ? 0.0 : kDensity, 0.0, 1};
     return scene;
 }

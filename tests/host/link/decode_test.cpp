@@ -7,15 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "tests/loop/helpers.hpp"
+
 namespace haptable::test {
 namespace {
-
-template <typename Message>
-std::vector<std::uint8_t> encoded(const Message& message) {
-    std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
-    message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-    return bytes;
-}
 
 void put_count(std::vector<std::uint8_t>& bytes, std::size_t at, std::uint32_t count) {
     for (std::size_t b = 0; b < 4; ++b) bytes[at + b] = static_cast<std::uint8_t>(count >> (24 - 8 * b));

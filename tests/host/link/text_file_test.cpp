@@ -12,6 +12,7 @@
 #include "host/base/error.hpp"
 #include "tests/error_of.hpp"
 #include "tests/loop/helpers.hpp"
+#include "tests/process.hpp"
 
 namespace haptable::test {
 namespace {
@@ -44,15 +45,6 @@ TEST(TextFile, KeptItSurvivesAnException) {
     });
     EXPECT_EQ(read_file(folder / "a.csv"), "header\none\n");
     EXPECT_EQ(folder.file_count(), 1U);
-}
-
-/// How a process ends that does this.
-int status_of(const std::function<int()>& act) {
-    const pid_t child = fork();
-    if (child == 0) _exit(act());
-    int status = 0;
-    waitpid(child, &status, 0);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
 }
 
 TEST(TextFile, KeptItSurvivesAKilledProcess) {

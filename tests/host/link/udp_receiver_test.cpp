@@ -19,6 +19,7 @@
 #include "host/link/connection.hpp"
 #include "host/link/messages.hpp"
 #include "tests/loop/helpers.hpp"
+#include "tests/process.hpp"
 
 namespace haptable::test {
 namespace {
@@ -149,15 +150,6 @@ TEST_F(UdpReceiverTest, TheMachinesOwnAddressIsNotListenedTo) {
 
 // ---- two machines --------------------------------------------------------------------------------------------------
 
-/// What a new process makes of `work`, which returns up to 100.
-int in_child(const std::function<int()>& work) {
-    const pid_t child = fork();
-    if (child == 0) _exit(work());
-    int status = 0;
-    waitpid(child, &status, 0);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 101;
-}
-
 void write_to(const std::string& file, const std::string& text) { std::ofstream(file) << text; }
 
 /// A network of its own for this process. False where the machine does not let us have one.
@@ -221,7 +213,7 @@ int hear_two_machines() {
 }
 
 TEST(UdpReceiver, AnotherMachineIsNotHeardUnlessAskedFor) {
-    const int heard = in_child(hear_two_machines);
+    const int heard = status_of(hear_two_machines);
     if (heard == kNoNetworks) GTEST_SKIP() << "no network namespaces for this user: another machine cannot be tried";
     EXPECT_EQ(heard, 1 | 4 | 8) << "1: it was there, 2: it was heard, 4 and 8: this machine was with ttl=0 and ttl=1";
 }

@@ -10,10 +10,10 @@
 
 #include "host/base/file.hpp"
 #include "host/base/json.hpp"
-#include "host/tables/npy.hpp"
 #include "tests/bodies.hpp"
 #include "tests/conditioning.hpp"
 #include "tests/error_of.hpp"
+#include "tests/files_apart.hpp"
 #include "tests/process.hpp"
 #include "tests/temporary_folder.hpp"
 
@@ -34,27 +34,8 @@ poisson = 0.49
 box = [-1, -1, -1, 1, 1, 0]
 )";
 
-template <typename T>
-double value(T x) {
-    return double(x);
-}
-double value(Half x) { return double(to_float(x)); }
-
-/// Largest difference of two files' entries, as a share of the largest entry.
-template <typename T>
-double difference(const fs::path& a, const fs::path& b) {
-    const MappedNpy<T> one(a), other(b);
-    EXPECT_EQ(one.shape(), other.shape());
-    double largest = 0.0, scale = 0.0;
-    for (std::size_t e = 0; e < std::min(one.values().size(), other.values().size()); ++e) {
-        largest = std::max(largest, std::abs(value(one.values()[e]) - value(other.values()[e])));
-        scale = std::max(scale, std::abs(value(one.values()[e])));
-    }
-    return largest / scale;
-}
-
 // Each side is rounded once to what the file holds, and the two may fall on either side of a tie.
-constexpr test::Bound kFloats{.count = 8.0, .epsilon = test::kFloat}, kHalves{.count = 8.0, .epsilon = test::kHalf};
+constexpr test::Bound kFloats{.count = 8.0, .epsilon = test::kFloat};
 
 /// What blocks in double, by two solvers, may differ by: S_i = L_ii^-1 and the condition of L_ii, under 10.
 test::Bound blocks(int nodes_per_side) {
@@ -93,8 +74,8 @@ class MpiOfMore : public Mpi {};
 
 TEST_P(MpiOfMore, WritesTheTablesOfOneProcess) {
     ASSERT_EQ(run(kScene), 0) << read_file(folder_.path() / "many.txt");
-    EXPECT_WITHIN(difference<double>(one("stiffness.npy"), many("stiffness.npy")), blocks(5));
-    EXPECT_WITHIN(difference<float>(one("columns.npy"), many("columns.npy")), kFloats);
+    EXPECT_WITHIN(test::difference<double>(one("stiffness.npy"), many("stiffness.npy")), blocks(5));
+    EXPECT_WITHIN(test::difference<float>(one("columns.npy"), many("columns.npy")), kFloats);
     for (const char* file : {"node_id.npy", "patch.npy", "row_id.npy", "position.npy", "surface.npy", "mesh.vtu"})
         EXPECT_EQ(read_file(one(file)), read_file(many(file))) << file;
     for (const fs::directory_entry& entry : fs::directory_iterator(folder_.path() / "one"))
@@ -109,20 +90,6 @@ TEST_P(MpiOfMore, WritesTheTablesOfOneProcess) {
     EXPECT_GT(bound, 1e-3 * exact);
     EXPECT_WITHIN(summary.at("checks").at("largest_residual").get<double>(), blocks(5));  // of unit loads
     EXPECT_EQ(summary.at("model_hash"), parse_json(read_file(one("summary.json"))).at("model_hash"));
-}
-
-TEST_P(Mpi, WhatHoldsOfItsTablesIsNotComputedAgain) {
-    const auto summary = [&] { return parse_json(read_file(many("summary.json"))); };
-    const std::string top = "[[touch]]\nbox = [-1, -1, 0.0299, 1, 1, 1]\n";
-    ASSERT_EQ(run(kScene + top), 0) << read_file(folder_.path() / "many.txt");
-    ASSERT_EQ(run(kScene), 0) << read_file(folder_.path() / "many.txt");
-    EXPECT_EQ(summary().at("reused_blocks"), 25);
-    EXPECT_EQ(summary().at("reused_columns"), 25);
-    EXPECT_WITHIN(difference<double>(one("stiffness.npy"), many("stiffness.npy")), blocks(5));
-    EXPECT_WITHIN(difference<float>(one("columns.npy"), many("columns.npy")), kFloats);
-    ASSERT_EQ(run(kScene + top + "[tables]\ncolumn_precision = \"float16\"\n"), 0);
-    EXPECT_EQ(summary().at("reused"), true) << "nothing is missing";
-    EXPECT_WITHIN(difference<Half>(one("columns.npy"), many("columns.npy")), kHalves);
 }
 
 TEST_P(Mpi, ARunThatWasCutShortGoesOnFromItsColumns) {
@@ -140,8 +107,9 @@ TEST_P(Mpi, ARunThatWasCutShortGoesOnFromItsColumns) {
     ASSERT_EQ(system_of(start() + " 2>many.txt"), 0) << read_file(folder_.path() / "many.txt");
     EXPECT_GE(parse_json(read_file(many("summary.json"))).at("resumed_columns"), 3 * 64);
     // MUMPS on several ranks adds in the order in which messages come: the bits are not those of the other run.
-    EXPECT_WITHIN(difference<float>(many("columns.npy"), folder_.path() / "whole" / "columns.npy"), kFloats);
-    EXPECT_WITHIN(difference<double>(many("stiffness.npy"), folder_.path() / "whole" / "stiffness.npy"), blocks(12));
+    EXPECT_WITHIN(test::difference<float>(many("columns.npy"), folder_.path() / "whole" / "columns.npy"), kFloats);
+    EXPECT_WITHIN(test::difference<double>(many("stiffness.npy"), folder_.path() / "whole" / "stiffness.npy"),
+                  blocks(12));
     EXPECT_FALSE(fs::exists(folder_.path() / "many" / "columns.unfinished"));
 }
 

@@ -17,13 +17,6 @@
 namespace haptable::test {
 namespace {
 
-template <typename Message>
-std::vector<std::uint8_t> encoded(const Message& message) {
-    std::vector<std::uint8_t> bytes(std::size_t(message.getEncodedSize()));
-    message.encode(bytes.data(), 0, int(bytes.size()));
-    return bytes;
-}
-
 class RecordedList : public testing::Test {
 protected:
     void SetUp() override {

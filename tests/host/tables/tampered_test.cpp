@@ -35,12 +35,10 @@ using nlohmann::json;
 /// Of all that a folder may hold: two fingers on a jelly that nothing holds, drawn.
 Scene every_part() {
     Scene scene = cube_scene(4, 0.3);
-    scene.fixed.clear();
+    set_free(scene);
     scene.gravity = Gravity{};
     scene.gravity->acceleration_m_per_s2 = {0.0, 0.0, -9.81};
     scene.gravity->density_kg_per_m3 = 1000.0;
-    scene.free_body = FreeBody{};
-    scene.free_body->density_kg_per_m3 = 1000.0;
     scene.free_body->floor = FreeBody::Floor{-0.001, {0.0, 0.0, 1.0}, 0.3};
     scene.body_modes = BodyModes{3, 0.05, 0.0, 0.0, 1};
     scene.contact.fingers = 2;
@@ -260,7 +258,6 @@ TEST(TamperedClusters, OfACouplingThatPullAreRefused) {
     EXPECT_TRUE(says(said(), "coupling_fine.npy: couples a place of patch 0 with itself by a block"));
 }
 
-// Under one tables_hash the forces are the same: it is of every part.
 TEST_F(TamperedTables, EveryPartIsInTheTablesHash) {
     SceneFiles files = read_scene_files(folder_);
     const std::uint64_t whole = LoadedScene(files).model().hash;

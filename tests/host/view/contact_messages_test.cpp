@@ -209,7 +209,6 @@ TEST_F(ViewContactMessages, ErrorsNameTheLog) {
     EXPECT_TRUE(says(error_of(), "of another version of haptable"));
 }
 
-// One damaged message costs its frame, not the film.
 TEST_F(ViewContactMessages, LeavesOutWhatIsDamagedInALog) {
     constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInf = std::numeric_limits<double>::infinity();
     std::vector<contact> messages;

@@ -129,8 +129,7 @@ void write_script(const fs::path& path, const std::string& script) {
 TEST(ViewFilm, SaysWhatToInstallWithoutFfmpeg) {
     const TemporaryFolder folder;
     const OnlyPath path(folder.path());
-    const std::string said = error_of([&] { const Film film(folder.path() / "a.mp4", 8, 8, 33.0); });
-    EXPECT_TRUE(says(said, "apt-get install ffmpeg"));
+    EXPECT_TRUE(fails_with([&] { const Film film(folder.path() / "a.mp4", 8, 8, 33.0); }, "apt-get install ffmpeg"));
     EXPECT_TRUE(names(folder.path()).empty());
 }
 

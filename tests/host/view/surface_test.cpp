@@ -96,15 +96,6 @@ TEST(ViewSurface, NormalsAreWeightedByAngle) {
         EXPECT_WITHIN((surface.normal[s].cast<double>() - sum[s].normalized()).norm(), kNormal);
 }
 
-TEST(ViewSurface, FixedNodesStay) {
-    const Tables tables = cube_tables();
-    DrawnSurface surface(tables);
-    const std::vector<float> all_one(3 * tables.row_id.size(), 1.0F);
-    surface.deform(all_one);
-    for (std::size_t i = 0; i < surface.nodes(); ++i)
-        EXPECT_EQ(surface.displacement_m[i], surface.rest_m[i].z() > 0.0F ? Vector3f::Ones() : Vector3f::Zero());
-}
-
 TEST(ViewSurface, FixedAndUntouchablePatchesAreNeutral) {
     const auto sum = [](const auto& values) { return std::accumulate(values.begin(), values.end(), 0); };
     const DrawnSurface all(cube_tables()), upper(cube_tables({.touch_above_m = 0.0149}));
