@@ -105,18 +105,15 @@ TEST_P(MovingTarget, ACubeThatNothingHoldsTips) {
     EXPECT_LT(ticks.back().turn[0], 0.999F);
 }
 
-TEST_P(MovingTarget, AJellyRings) {
-    compare("ringing", knock_path());
-    if (!has_ticks()) return;
-    EXPECT_GT(touching(1), 100U);
-    EXPECT_NE(ticks.back().q[0], 0.0F);
-}
-
-TEST_P(MovingTarget, AJellyRingsUnderTwoFingers) {
-    compare("squeezed", squeeze_path());
-    if (!has_ticks()) return;
-    EXPECT_GT(touching(2), 200U);
-    EXPECT_NE(ticks.back().q[0], 0.0F);
+TEST_P(MovingTarget, AJellyRingsUnderOneFingerAndUnderTwo) {
+    for (const int fingers : {1, 2}) {
+        SCOPED_TRACE(fingers);
+        if (fingers == 1) compare("ringing", knock_path());
+        if (fingers == 2) compare("squeezed", squeeze_path());
+        if (!has_ticks()) return;
+        EXPECT_GT(touching(std::size_t(fingers)), 100U * unsigned(fingers));
+        EXPECT_NE(ticks.back().q[0], 0.0F);
+    }
 }
 
 // With modes and without.

@@ -325,19 +325,15 @@ TEST(Tool, WhatIsNoPoseGivesNoWrench) {
         EXPECT_EQ(tool.torque().norm(), 0.0);
         EXPECT_EQ(tool.pressing(), 0U);
     };
-    const float not_a_number = std::numeric_limits<float>::quiet_NaN();
-    for (const auto& [position, turn] : {std::pair<float, std::array<float, 4>>{not_a_number, {1, 0, 0, 0}},
-                                         {0.0285F, {not_a_number, 0, 0, 0}},
-                                         {0.0285F, {0, 0, 0, 0}},
-                                         {0.0285F, {2, 0, 0, 0}},
-                                         {0.0285F, {1, not_a_number, 0, 0}}}) {
+    const double not_a_number = std::numeric_limits<double>::quiet_NaN();
+    for (const auto& [z_m, turn] : {std::pair{not_a_number, kUpright},
+                                    {0.0285, Quaterniond(not_a_number, 0, 0, 0)},
+                                    {0.0285, Quaterniond(0, 0, 0, 0)},
+                                    {0.0285, Quaterniond(2, 0, 0, 0)},
+                                    {0.0285, Quaterniond(1, not_a_number, 0, 0)}}) {
         press(tool, p);
         ASSERT_GT(tool.force().norm(), 0.0);
-        haptable_tool_input in{};
-        in.hand.is_there = 1;
-        in.hand.finger_m[0] = 0.016F, in.hand.finger_m[1] = 0.014F, in.hand.finger_m[2] = position;
-        std::copy(turn.begin(), turn.end(), in.turn);
-        tool.to(in);
+        tool.to({p.x(), p.y(), z_m}, turn);
         gives_nothing(HAPTABLE_REJECTED);
     }
     press(tool, p);

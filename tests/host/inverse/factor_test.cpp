@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include <Eigen/Core>
-#include <numeric>
 
 #include "host/inverse/factor.hpp"
 #include "host/inverse/numeric.hpp"
@@ -27,12 +26,6 @@ Eigen::Index row(std::int32_t i) { return Eigen::Index(i); }
 std::size_t at(std::int32_t i) { return std::size_t(i); }
 
 MatrixXd inverse_of(const Stiffness& k) { return dense::inverse_spd(MatrixXd(test::assembled(k))); }
-
-Nodes all_nodes(const Stiffness& k) {
-    Nodes nodes(std::size_t(k.size() / 3));
-    std::iota(nodes.begin(), nodes.end(), 0);
-    return nodes;
-}
 
 /// Largest |x - L|_ij / sqrt(L_ii L_jj).
 double largest_error(const MatrixXd& x, const MatrixXd& l) {
@@ -137,7 +130,7 @@ TEST(SignedFactor, TheNumberOfThreadsChangesNoBit) {
     const Supernodes pattern = factor.supernodes();
     const std::vector<double> alone = values_by(k, pattern, 1);
     std::vector<NodePair> diagonal;
-    for (std::int32_t i : all_nodes(k)) diagonal.push_back({i, i});
+    for (std::int32_t i : test::nodes_to(std::int32_t(k.size() / 3))) diagonal.push_back({i, i});
     const SelectedInversion inversion(pattern, diagonal);
     Progress progress(true);
     const auto blocks = inversion.compute<double>(progress);
@@ -151,7 +144,7 @@ TEST(SignedFactor, TheNumberOfThreadsChangesNoBit) {
 TEST(SignedFactor, FromItsFilesDisplacesAsTheDenseInverse) {
     const Stiffness k = test::pressure_cube(5, 0.49);
     const test::TemporaryFolder folder;
-    const Nodes all = all_nodes(k);
+    const Nodes all = test::nodes_to(std::int32_t(k.size() / 3));
     write_factor(Factor(k).supernodes(), all, folder.path());
     test::seal(folder.path(), nlohmann::json::object());
     const FactorFile file(folder.path());

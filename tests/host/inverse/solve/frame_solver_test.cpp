@@ -8,6 +8,7 @@
 #include "host/precompute/precompute.hpp"
 #include "host/tables/tables.hpp"
 #include "host/view/deformation.hpp"
+#include "tests/bodies.hpp"
 #include "tests/error_of.hpp"
 #include "tests/sealed.hpp"
 #include "tests/temporary_folder.hpp"
@@ -22,12 +23,7 @@ namespace fs = std::filesystem;
 class Frames : public testing::Test {
 protected:
     Result run(double budget_bytes, const fs::path& folder) {
-        Scene scene;
-        scene.file = "cube.toml";
-        scene.name = "cube";
-        scene.mesh.generate = "cube";
-        scene.material = {1e4, 0.3};
-        scene.fixed = {{std::array<double, 6>{-1, -1, -1, 1, 1, 1e-9}, "", 1}};
+        Scene scene = test::cube_scene(5, 0.3);
         scene.tables.column_budget_bytes = budget_bytes;
         Progress progress(true);
         return precompute(scene, folder, progress);
