@@ -6,7 +6,6 @@
 #include <random>
 
 #include "tests/bodies.hpp"
-#include "tests/finger.hpp"
 #include "tests/loop/every_scene.hpp"
 
 namespace haptable::test {

@@ -13,7 +13,6 @@
 #include "tests/firmware/on_target.hpp"
 #include "tests/firmware/points.hpp"
 #include "tests/firmware/ways.hpp"
-#include "tests/process.hpp"
 #include "tests/tolerance.hpp"
 
 namespace haptable::test {

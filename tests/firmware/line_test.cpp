@@ -4,7 +4,6 @@
 
 #include <cstring>
 #include <random>
-#include <vector>
 
 #include "tests/loop/every_scene.hpp"
 #include "tests/loop/line_bytes.hpp"

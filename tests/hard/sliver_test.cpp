@@ -2,7 +2,6 @@
 // Tetrahedra that are almost flat: counted, and refused where their volume is rounding.
 #include <gtest/gtest.h>
 
-#include "host/base/error.hpp"
 #include "host/mesh/audit.hpp"
 #include "host/mesh/read_mesh.hpp"
 #include "host/mesh/write_tetgen.hpp"

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "host/link/log_reader.hpp"
-#include "tests/error_of.hpp"
 #include "tests/loop/limited_box.hpp"
 #include "tests/loop/recorded_loop.hpp"
 

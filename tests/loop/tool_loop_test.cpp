@@ -2,8 +2,6 @@
 // A tool from its scene to its pictures: a hand that turns it, messages, records, replay, frames.
 #include <gtest/gtest.h>
 
-#include <memory>
-
 #include "codegen/loaded_scene.hpp"
 #include "codegen/loads.hpp"
 #include "host/base/progress.hpp"

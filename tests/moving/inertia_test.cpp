@@ -6,7 +6,6 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 #include "host/base/mass_range.hpp"
 #include "tests/bodies.hpp"

@@ -3,8 +3,6 @@
 // stiffness makes of the same hands.
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
 #include <numbers>
 #include <random>
 

@@ -10,7 +10,6 @@
 #include <sstream>
 #include <thread>
 
-#include "host/base/error.hpp"
 #include "host/device/exchange_driver.hpp"
 #include "host/device/five_bar.hpp"
 #include "host/device/session.hpp"

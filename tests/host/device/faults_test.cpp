@@ -7,7 +7,6 @@
 #include <bit>
 #include <cmath>
 
-#include "host/base/error.hpp"
 #include "host/device/faulty_lane.hpp"
 #include "tests/error_of.hpp"
 

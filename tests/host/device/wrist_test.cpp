@@ -9,7 +9,6 @@
 
 #include "host/device/mapping.hpp"
 #include "host/device/path.hpp"
-#include "tests/tolerance.hpp"
 
 namespace haptable::test {
 namespace {

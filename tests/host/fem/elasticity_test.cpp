@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
-#include <numeric>
 
 #include "host/fem/stiffness.hpp"
 #include "host/mesh/cube.hpp"

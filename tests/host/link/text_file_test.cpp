@@ -7,7 +7,6 @@
 #include <unistd.h>
 
 #include <csignal>
-#include <functional>
 
 #include "host/base/error.hpp"
 #include "tests/error_of.hpp"

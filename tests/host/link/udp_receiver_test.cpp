@@ -13,7 +13,6 @@
 
 #include <csignal>
 #include <fstream>
-#include <functional>
 
 #include "host/base/error.hpp"
 #include "host/link/connection.hpp"

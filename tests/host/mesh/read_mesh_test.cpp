@@ -3,15 +3,12 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <limits>
 #include <map>
 
 #include "host/base/file.hpp"
 #include "host/mesh/surface.hpp"
 #include "tests/error_of.hpp"
 #include "tests/temporary_folder.hpp"
-#include "tests/tolerance.hpp"
 
 namespace haptable {
 namespace {

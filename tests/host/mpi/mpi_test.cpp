@@ -3,9 +3,6 @@
 // every element and law PassesTheTestsOfAnInverse compares them (PrecomputeBy in tests/host/inverse).
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "host/base/file.hpp"

@@ -6,7 +6,6 @@
 
 #include <cmath>
 
-#include "host/base/error.hpp"
 #include "host/device/session.hpp"
 #include "host/link/log_writer.hpp"
 #include "host/run/plots.hpp"

@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include "host/base/error.hpp"
 #include "tests/error_of.hpp"
 #include "tests/finger.hpp"
 #include "tests/loop/helpers.hpp"
