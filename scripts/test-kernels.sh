@@ -11,7 +11,7 @@ set -u
 BUILD=${BUILD:-build}
 folder=$BUILD/tests/kernels
 # Not those that see no kernel: pictures, messages, readers, images, generated C, strokes on made-up blocks.
-filter='-View*:*Loop*:*Target*:*Session*:Strokes.*:Fill*:*Mesh.*:*SharedMesh*:*WholeMesh/*:Instructions*:Process.*'
+filter='-View*:*Loop*:*Target*:*Session*:Strokes.*:Fill*:*Mesh.*:*WholeMesh/*:Instructions*:Process.*'
 filter="$filter:Codegen.TheText*:Modes.*:FirmwareReadme.*"
 
 has() { for flag; do grep -m 1 '^flags' /proc/cpuinfo | grep -qw "$flag" || return 1; done; }
