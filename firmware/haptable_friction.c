@@ -249,7 +249,7 @@ static void slip(const struct haptable_model* model, struct haptable_servo* serv
         const float fraction = foreseen(&line, mu);
         struct haptable_contact tried;
         struct load load;
-        float c[6];
+        float c[6] = {0.0f};
         steps += between(model, &path, fraction, &tried);
         take_load(model, &tried, x_m, c);
         split(model, &tried, x_m, held_load, &load);

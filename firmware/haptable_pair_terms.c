@@ -170,16 +170,12 @@ void haptable_pair_cross(const struct haptable_pair_view* view, const struct hap
 
 /* sum_k w_k sum_l w_l C_kl, a row at a time, which stays in registers. */
 static inline void sum_rows(int count, const float first[], const float second[], const float (*block)[9], float x[9]) {
-    float sum[9];
-    int k = 0;
-    do {
+    float sum[9] = {0.0f};
+    for (int k = 0; k < count; ++k) {
         float row[9];
         pair_sum_blocks(count, second, block[k * count], 9, row);
-        if (k == 0)
-            mat_scale(first[0], row, sum);
-        else
-            mat_add(first[k], row, sum);
-    } while (++k < count);
+        mat_add(first[k], row, sum);
+    }
     mat_copy(sum, x);
 }
 

@@ -10,7 +10,7 @@
 
 /* A = L D L^T of six unknowns, by A's lower half and in place: L below the diagonal, 1/D on it. */
 static void six_factor(float (*a)[6]) {
-    float d[6], scaled[6];
+    float d[6], scaled[6] = {0.0f};
     for (int j = 0; j < 6; ++j) {
         d[j] = a[j][j];
         for (int k = 0; k < j; ++k) {
