@@ -121,6 +121,26 @@ TEST(SelectedInverse, PairsOutsideThePatternAreAnError) {
     EXPECT_GT(refused, 10U);
 }
 
+TEST(SelectedInverse, TheMouseAgreesWithSolves) {
+    const Scene scene = mouse_scene();
+    const Stiffness k = assemble_free(scene, make_body(scene, make_mesh(scene.mesh)));
+    const Factor factor(k);
+    const std::vector<NodePair> pairs = pairs_in_pattern(k);
+    const BlockList block = invert(factor, pairs);
+    const Bound bound = inverse_bound(k);
+    MatrixXd x;
+    for (std::int32_t j = 0; j < factor.size() / 3; j += 97) {
+        MatrixXd b = MatrixXd::Zero(factor.size(), 3);
+        b.middleRows<3>(3 * j).setIdentity();
+        factor.solve(b, x);
+        const double scale = x.middleRows<3>(3 * j).norm();
+        for (std::size_t p = 0; p < pairs.size(); ++p)
+            if (pairs[p].column == j) {
+                EXPECT_WITHIN((block[p] - x.middleRows<3>(3 * pairs[p].row)).norm() / scale, bound);
+            }
+    }
+}
+
 // ---- any pairs ------------------------------------------------------------------------------------------------------
 
 constexpr std::optional<PairSolve> kWays[] = {std::nullopt, PairSolve::kPaths, PairSolve::kSolves};
