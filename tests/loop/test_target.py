@@ -11,7 +11,7 @@ import tty
 
 import numpy as np
 import pytest
-from programs import BUILT, Listener, done, ends, finger_path, forces, program, read_csv
+from programs import BUILT, Listener, done, ends, forces, program, read_csv
 
 TARGETS = ["cortex-m4", "cortex-m7", "cortex-m33", "rv32"]
 ANSWER_BYTES = 93  # of one finger: firmware/haptable.h, HAPTABLE_LINE_ANSWER_BYTES
@@ -45,34 +45,44 @@ class Line:
     def device(self, *words: str, scene: str = "meshes/cube.toml"):
         return self.start([program("haptable-device"), scene, "--quiet", "--lockstep", *words])
 
-    def replayed(self, path: str, scene: str = "cube"):
-        """The bridge's record, which has the bytes of the host's servo on that path."""
-        done([BUILT / scene / "servo", "--quiet", "--replay", self.folder / path, "--out", self.folder / "host.csv"])
-        assert (self.folder / "host.csv").read_bytes() == (self.folder / "bridge.csv").read_bytes()
-        return read_csv(self.folder / "bridge.csv")
+    def replayed(self, scene: str = "cube"):
+        """The bridge's record, which has the bytes of the host's servo on its path."""
+        record, again = self.folder / "bridge.csv", self.folder / "host.csv"
+        done([BUILT / scene / "servo", "--quiet", "--replay", record, "--out", again])
+        assert again.read_bytes() == record.read_bytes()
+        return read_csv(record)
+
+    def session(self, line: list, *words: str, scene: str = "cube", file: str = "meshes/cube.toml") -> tuple:
+        """That record of a session in lockstep, and what its device felt."""
+        bridge = self.bridge(line, scene)
+        device = self.device(*words, "--csv", self.folder / "device.csv", scene=file)
+        assert ends(device) == 0 and ends(bridge, by=signal.SIGTERM) == 0
+        return self.replayed(scene), read_csv(self.folder / "device.csv")
 
     def expect_forces_of_the_host(self, line: list, seconds: float) -> None:
-        """A session in lockstep; then the same path through the host's servo."""
-        bridge = self.bridge(line)
-        device = self.device("--path", "drag,poke", "--seconds", str(seconds), "--csv", self.folder / "device.csv")
-        assert ends(device) == 0 and ends(bridge, by=signal.SIGTERM) == 0
-        finger_path(self.folder / "bridge.csv", self.folder / "path.csv")
-        rows, felt = self.replayed("path.csv"), read_csv(self.folder / "device.csv")
+        rows, felt = self.session(line, "--path", "drag,poke", "--seconds", str(seconds))
         assert len(rows) == len(felt) == round(seconds * 1000)
         np.testing.assert_array_equal(felt["answered_tick"], np.arange(len(felt)))
         np.testing.assert_array_equal(forces(felt), forces(rows))
         assert rows["contact"].sum() > 50
 
-    def expect_forces_of_both(self, line: list, scene: str = "cube-two", file: str = "meshes/cube-two.toml",
-                              path: tuple = ("drag,poke", "--seconds", "0.5")):
-        """The same of two hands."""
-        bridge = self.bridge(line, scene)
-        assert ends(self.device("--fingers", "2", "--path", *path, scene=file)) == 0
-        assert ends(bridge, by=signal.SIGTERM) == 0
-        rows = self.replayed("bridge.csv", scene)
+    def expect_forces_of_all(self, line: list, scene: str = "cube-two", file: str = "meshes/cube-two.toml",
+                             path: tuple = ("drag,poke", "--seconds", "0.5"), fingers: int = 2):
+        """The same of two hands, or three."""
+        rows, _ = self.session(line, "--fingers", str(fingers), "--path", *path, scene=scene, file=file)
         assert len(rows) >= 500
-        assert (rows["contact"] * rows["contact2"]).sum() > 50
+        assert (rows["contact"] * rows["contact2"] * rows[f"contact{fingers}"]).sum() > 50
         return rows
+
+    def expect_wrench_of_the_host(self, line: list, seconds: float) -> None:
+        """The same of a tool, which turns."""
+        rows, felt = self.session(line, "--path", "roll,tilt", "--depth", "0.002", "--seconds", str(seconds),
+                                  scene="pressed-disc", file="tests/firmware/tool.toml")
+        assert len(rows) >= round(seconds * 1000) and rows["contact"].sum() > 50
+        np.testing.assert_array_equal(forces(felt), forces(rows))
+        for torque in ("torque_x", "torque_y", "torque_z"):
+            np.testing.assert_array_equal(felt[torque].astype(np.float32), rows[torque].astype(np.float32))
+        assert np.abs(rows["torque_x"]).max() > 1e-4 and rows["contact_p5"].sum() > 50
 
     def expect_motion_of_the_host(self, line: list, scene: str, file: str, channel: str, columns: list, field: str,
                                   url: str) -> None:
@@ -83,7 +93,7 @@ class Line:
             heard = listener.heard(channel, 60)
             motion = np.float32([getattr(next(heard), field)[:3] for _ in range(500)])
         assert ends(device) == 0 and ends(bridge, by=signal.SIGTERM) == 0
-        rows = self.replayed("bridge.csv", scene)
+        rows = self.replayed(scene)
         moved = np.stack([rows[name] for name in columns], axis=1).astype(np.float32)
         np.testing.assert_array_equal(motion, moved)
         assert moved[-1, 0] != moved[0, 0], "it is pushed"
@@ -91,7 +101,8 @@ class Line:
 
 @pytest.fixture
 def line(tmp_path, start, need, lcm_url):
-    need("cube/servo", "bin/haptable-device", "bin/haptable-bridge", "cube/firmware/cortex-m7/loop.elf")
+    need("cube/servo", "bin/haptable-device", "bin/haptable-bridge",
+         *(f"{scene}/firmware/cortex-m7/loop.elf" for scene in ("cube", "pressed-disc", "three-hands")))
     return Line(tmp_path, start)
 
 
@@ -108,12 +119,12 @@ def test_over_the_uart_it_gives_the_forces_of_the_host(line, target):
 @pytest.mark.parametrize("target", TARGETS)
 def test_two_fingers_have_the_forces_of_the_host(line, target):
     """Two hands of one device, the image of two fingers: what the target felt, through the host's servo again."""
-    line.expect_forces_of_both(line.over_pipes(target, "cube-two"))
+    line.expect_forces_of_all(line.over_pipes(target, "cube-two"))
 
 
 @pytest.mark.parametrize("target", ["cortex-m7", "rv32"])
 def test_two_fingers_over_the_uart_have_the_forces_of_the_host(line, target):
-    line.expect_forces_of_both(line.over_uart(target, "cube-two"))
+    line.expect_forces_of_all(line.over_uart(target, "cube-two"))
 
 
 @pytest.mark.parametrize("target, scene, file, channel, columns, field", [
@@ -131,12 +142,35 @@ def test_a_body_that_moves_is_where_the_host_has_it(line, lcm_url, target, scene
                                                  ("cortex-m33", "wobbling", "tests/firmware/wobble.toml")])
 def test_a_body_that_two_hands_lift_is_where_the_host_has_it(line, target, scene, file):
     """With modes besides, and without."""
-    height = line.expect_forces_of_both(line.over_pipes(target, scene), scene, file, ("lift", "--hold", "0.1"))["body_z"]
+    height = line.expect_forces_of_all(line.over_pipes(target, scene), scene, file, ("lift", "--hold", "0.1"))["body_z"]
     assert height.max() > height[0] + 0.01, "it is lifted"
 
 
+HANDS = ("three-hands", "tests/firmware/hands.toml")
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_three_hands_have_the_forces_of_the_host(line, target):
+    rows = line.expect_forces_of_all(line.over_pipes(target, HANDS[0]), *HANDS, ("drag,poke", "--seconds", "1"), 3)
+    assert len(rows) >= 1000
+
+
+def test_three_hands_over_the_uart_have_the_forces_of_the_host(line):
+    rows = line.expect_forces_of_all(line.over_uart("rv32", HANDS[0]), *HANDS, ("drag,poke", "--seconds", "0.6"), 3)
+    assert len(rows) >= 600
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_a_tool_has_force_and_torque_of_the_host(line, target):
+    line.expect_wrench_of_the_host(line.over_pipes(target, "pressed-disc"), 1)
+
+
+def test_a_tool_over_the_uart_has_force_and_torque_of_the_host(line):
+    line.expect_wrench_of_the_host(line.over_uart("cortex-m7", "pressed-disc"), 0.6)
+
+
 def test_two_fingers_on_a_body_that_rings_have_the_forces_of_the_host(line):
-    line.expect_forces_of_both(line.over_pipes("cortex-m4", "squeezed"), "squeezed", "tests/firmware/squeeze.toml")
+    line.expect_forces_of_all(line.over_pipes("cortex-m4", "squeezed"), "squeezed", "tests/firmware/squeeze.toml")
 
 
 class Port:
