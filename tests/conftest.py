@@ -55,7 +55,7 @@ def made(*names: str) -> Path:
     """Files of the build's folder; a test that wants one which is not there is skipped. The first one's path."""
     for name in names:
         if not (BUILT / name).exists():
-            pytest.skip(f"{BUILD / name} is not built: make test")
+            pytest.skip(f"{BUILD / name} is not built: make test, or make test-lab for tests/lab")
     return BUILT / names[0]
 
 

@@ -6,15 +6,14 @@ import json
 import numpy as np
 import pytest
 
-from lab import LabError, build, contact
+from lab import LabError, contact
 from lab.contact import body_of, contact_cube, cube_body, given_by, random_loop, slide
 from lab.figure import ROOT
 
 
 @pytest.fixture(autouse=True)
-def _library():
-    if not (build() / "lib/libhaptable.so.1").exists():
-        pytest.skip("no library: run make library")
+def _library(need):
+    need("lib/libhaptable.so.1")
 
 
 @pytest.fixture(scope="module")

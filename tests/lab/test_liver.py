@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Scenes with a key changed; what each part of the liver is worth."""
 
-import os
 import tomllib
 from pathlib import Path
 from types import SimpleNamespace
@@ -66,16 +65,10 @@ def test_a_press_goes_down_at_20_mm_a_second_and_rests():
         liver.press(Spring(is_there=False))
 
 
-def test_the_binding_feels_a_scene(tmp_path):
-    build = ROOT / os.environ.get("BUILD", "build")
-    if not (build / "lib/libhaptable.so.1").exists():
-        pytest.skip("no libhaptable: make library makes it")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(ROOT)
-        haptable = binding.load()
-        scene = scenes.touched(scenes.read("cube"), "pressure-mask", 0.012)
-        scenes.precompute(scene, tmp_path / "tables")
-    felt = haptable.load(tmp_path / "tables").poke((0.015, 0.015, 0.03), [1e-3, 2e-3])["force"][:, 2]
+def test_the_binding_feels_a_scene(tmp_path, need):
+    need("lib/libhaptable.so.1")
+    scenes.precompute(scenes.touched(scenes.read("cube"), "pressure-mask", 0.012), tmp_path / "tables")
+    felt = binding.load().load(tmp_path / "tables").poke((0.015, 0.015, 0.03), [1e-3, 2e-3])["force"][:, 2]
     assert felt[1] == pytest.approx(2 * felt[0], rel=1e-5) and felt[0] > 0.01, "a linear body"
 
 

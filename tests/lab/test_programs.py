@@ -98,8 +98,8 @@ def _timed(folder, peer, source):
                          folder / peer)
 
 
-def test_a_peer_is_timed_with_friction_and_without_in_the_ticks_of_every_mode(tmp_path, needed, capfd):
-    needed("haptable-contact")
+def test_a_peer_is_timed_with_friction_and_without_in_the_ticks_of_every_mode(tmp_path, need, capfd):
+    need("bin/haptable-contact")
     told = _timed(tmp_path, "spring.so", _PEER)
     modes = {f"{f} {g}{more}" for f in FORCES for g in ("nearest", "least-energy") for more in ("", " friction")}
     modes |= {f"{f} nearest stiffening" for f in FORCES}
@@ -112,8 +112,8 @@ def test_a_peer_is_timed_with_friction_and_without_in_the_ticks_of_every_mode(tm
 
 @pytest.mark.parametrize(("source", "why"), [("int nothing;\n", "has no haptable_peer_make; run make peers"),
                                              ("", "run make peers")])
-def test_what_is_no_peer_is_an_error(tmp_path, needed, capfd, source, why):
-    needed("haptable-contact")
+def test_what_is_no_peer_is_an_error(tmp_path, need, capfd, source, why):
+    need("bin/haptable-contact")
     with pytest.raises(LabError):
         _timed(tmp_path, "none.so", source)
     assert why in capfd.readouterr().err
@@ -129,8 +129,8 @@ def test_a_peer_that_cannot_be_fetched_leaves_no_library(tmp_path, peer):
 
 # ---- devices -------------------------------------------------------------------------------------------------------
 
-def test_devices_tell_their_sources_and_what_never_rings(needed):
-    needed("haptable-bench-devices")
+def test_devices_tell_their_sources_and_what_never_rings(need):
+    need("bin/haptable-bench-devices")
     raw = programs.told("haptable-bench-devices")
     tables = programs.device_tables(raw)
     assert len(tables["device-figures"]["rows"]) == len(raw["models"])
@@ -180,11 +180,11 @@ def test_instructions_become_what_llvm_mca_takes():
 
 @pytest.mark.parametrize("scene", ["cube", "mouse"])
 @pytest.mark.parametrize("target", ["cortex-m4", "cortex-m7"])
-def test_an_estimated_sliding_tick_takes_fewer_cycles_than_the_papers(scene, target, needed, build):
+def test_an_estimated_sliding_tick_takes_fewer_cycles_than_the_papers(scene, target, need, build):
     """The paper's step takes 12 us at 200 MHz, 2,400 cycles; ours is under it by LLVM's model of the core."""
     if shutil.which("qemu-system-arm") is None or shutil.which("llvm-mca") is None:
         pytest.skip("no emulator, or no llvm-mca: sh scripts/setup.sh cross")
-    needed("haptable-count", f"{scene}/firmware/{target}/replay.elf")
+    need("bin/haptable-count", f"{scene}/firmware/{target}/replay.elf")
     of = programs.told("haptable-count", build / scene)[0]["targets"][target]
     estimated = cycles.estimate(build / scene, target, of["sliding_at"][0])
     assert of["limited"]["sliding"]["median"] / 2 < estimated < 2400, "two instructions a clock at the most"
@@ -221,9 +221,9 @@ def test_what_was_not_measured_is_a_dash_or_no_row():
     assert "inversion-accuracy" not in tables
 
 
-def test_the_inversion_is_as_exact_as_solves(needed, build):
+def test_the_inversion_is_as_exact_as_solves(need, build):
     """L_ii and L_ij of a small cube: in double to the roundings that its condition magnifies, in float as in float."""
-    needed("haptable-bench-inversion")
+    need("bin/haptable-bench-inversion")
     raw = programs.told("haptable-bench-inversion", "--sides", "4", "--no-accuracy")
     [body] = raw["bodies"]
     assert body["nodes"] == 64

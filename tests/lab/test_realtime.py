@@ -55,8 +55,8 @@ def test_tables_tell_the_ratio_of_servo_and_echo():
 
 
 # A device believes an answer of its own model alone: an echo without one is never heard.
-def test_a_session_with_an_echo_ends_well_and_is_heard(needed, build):
-    needed("haptable-bench-realtime", "cube/servo")
+def test_a_session_with_an_echo_ends_well_and_is_heard(need, build):
+    need("bin/haptable-bench-realtime", "cube/servo")
     bench = build / "bin/haptable-bench-realtime"
     code = ("import sys; from pathlib import Path; from lab import realtime; "
             f"s = realtime.session(['{bench}', '--echo'], Path('meshes/cube.toml'), 0.5); "

@@ -1,17 +1,15 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """build/report: an answer first, tables that are sorted and filtered, CSV files, no page wider than the window."""
 
-import contextlib
 import re
 import shutil
 from html.parser import HTMLParser
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 import pytest
 
-from lab import LabError, browser, report
+from lab import LabError, report
 from lab.figure import ROOT
 from lab.numbers import REPORT_ONLY, read_numbers
 
@@ -106,26 +104,21 @@ def test_numbers_that_are_missing_are_an_error_that_names_them(tmp_path):
 
 # ---- in a browser --------------------------------------------------------------------------------------------------
 
-def in_browser(page: Path, width: int, script: str) -> Any:
-    """What `script`, a JavaScript expression, is once the page has been shown `width` pixels wide."""
-    if why := browser.missing():
-        pytest.skip(why)
-    with contextlib.closing(browser.Browser(width=width)) as shown:
-        shown.open(page.as_uri())
-        return shown.evaluate(script)
-
-
 @pytest.mark.parametrize("page", ["index.html", "configurations.html"])
 @pytest.mark.parametrize("width", [1280, 390])
-def test_no_page_is_wider_than_its_window(made, page, width):
-    assert in_browser(made / page, width, "document.documentElement.scrollWidth") <= width
+def test_no_page_is_wider_than_its_window(made, browser, page, width):
+    browser.resize(width, 800)
+    browser.open((made / page).as_uri())
+    assert browser.evaluate("document.documentElement.scrollWidth") <= width
 
 
-def test_a_heading_sorts_by_value_and_choices_and_words_filter(made):
-    script = """(() => {
+def test_a_heading_sorts_by_value_and_choices_and_words_filter(made, browser):
+    browser.resize(1280, 800)
+    browser.open((made / "configurations.html").as_uri())
+    told = browser.evaluate("""(() => {
         const box = document.querySelector('#table-points'),
             rows = () => [...box.querySelectorAll('tbody tr')].filter(r => !r.hidden);
-        const text = (k) => rows()[0].cells[k].textContent, head = (k) => box.querySelectorAll('th button')[k].click();
+        const head = (k) => box.querySelectorAll('th button')[k].click();
         const told = [rows().length];
         head(8); told.push(Number(rows()[0].cells[8].dataset.v));
         head(8); told.push(Number(rows()[0].cells[8].dataset.v));
@@ -134,8 +127,7 @@ def test_a_heading_sorts_by_value_and_choices_and_words_filter(made):
         const words = box.querySelector('input'); words.value = 'quadratic mask';
         words.dispatchEvent(new Event('input')); told.push(rows().length);
         return told;
-    })()"""
-    told = in_browser(made / "configurations.html", 1280, script)
+    })()""")
     rows = NUMBERS["points"]["rows"]
     ticks = [row[8]["value"] for row in rows]
     mouse = [row for row in rows if row[0] == "mouse"]

@@ -47,10 +47,14 @@ def test_every_variant_is_a_scene_that_the_product_reads(tmp_path, build):
         scenes.precompute(scenes.vary(target.plain_scene("cube"), **change), tmp_path / "t")
 
 
-def test_the_images_tell_every_tick(needed, build):
+@pytest.fixture
+def counting(need) -> None:
     if shutil.which("qemu-system-arm") is None:
         pytest.skip("no emulator: sh scripts/setup.sh test")
-    needed("haptable-count", "cube/firmware/cortex-m7/measure.elf")
+    need("bin/haptable-count", "cube/firmware/cortex-m7/measure.elf")
+
+
+def test_the_images_tell_every_tick(counting, build):
     one, two = (target.count_ticks(build / "cube", "--target", "cortex-m7", "--strokes", "5", *more)
                 for more in ((), ("--every-mode",)))
     assert len(one) == 1 and len(one[0]["instructions"]) == len(one[0]["states"]) == 100
@@ -61,8 +65,8 @@ def test_the_images_tell_every_tick(needed, build):
     assert max(two[1]["instructions"]) <= two[1]["bound"] and two[1]["bound"] > two[0]["bound"]
 
 
-def test_what_is_no_path_is_an_error(needed, build, capfd):
-    needed("haptable-count")
+def test_what_is_no_path_is_an_error(need, build, capfd):
+    need("bin/haptable-count")
     with pytest.raises(LabError, match="ended with status"):
         target.count_ticks(build / "cube", path="round")
     assert "round: is no path: hard, strokes, tip" in capfd.readouterr().err
@@ -73,10 +77,7 @@ def test_scenes_of_bodies_are_there():
     assert isinstance(target.with_force(scenes.read("cube"), "consistent", 0.1)["contact"], dict)
 
 
-def test_a_tool_is_counted_in_the_modes_that_it_has(needed, tmp_path):
-    if shutil.which("qemu-system-arm") is None:
-        pytest.skip("no emulator: sh scripts/setup.sh test")
-    needed("haptable-count", "cube/firmware/cortex-m7/measure.elf")
+def test_a_tool_is_counted_in_the_modes_that_it_has(counting, tmp_path):
     scene = scenes.vary(target.plain_scene("cube"), **target.OF_ANY_MESH["`[tool]`, four points, consistent"])
     scenes.precompute(scene, tmp_path / "t")
     modes = target.count_ticks(tmp_path / "t", "--target", "cortex-m7", "--strokes", "10", "--every-mode",
