@@ -86,7 +86,7 @@ class Page:
         """The rows of a session's CSV: what the library feels on its path is what they say, bit for bit."""
         (self.folder / "felt.csv").write_text(csv)
         rows = read_csv(self.folder / "felt.csv")
-        expect_felt(self.body, rows)
+        (expect_held if "qw" in rows.dtype.names else expect_felt)(self.body, rows)
         return rows
 
     def recorded(self) -> np.ndarray:
@@ -100,19 +100,20 @@ def page(tmp_path, browser, need):
     return Page(tmp_path, browser)
 
 
+def columns(rows, name: str, of: str = "", letters="xyz") -> np.ndarray:
+    return np.stack([rows[name + letter + of] for letter in letters], axis=1).astype(np.float32)
+
+
 def expect_felt(body, rows) -> None:
     pair = body.fingers == 2
     servo = body.hands() if pair else body.servo()
     suffixes = ["", "2"][:body.fingers]
 
-    def columns(name, of="", letters="xyz") -> np.ndarray:
-        return np.stack([rows[name + letter + of] for letter in letters], axis=1).astype(np.float32)
-
     def expect(name: str, told: np.ndarray, felt: list, known=slice(None)) -> None:
         np.testing.assert_array_equal(told[known], np.array(felt)[known], name)
 
     known = [rows["state" + of] != 0 if pair else np.full(len(rows), True) for of in suffixes]
-    held, at = [rows["buttons" + of].astype(int) for of in suffixes], [columns("", of) for of in suffixes]
+    held, at = [rows["buttons" + of].astype(int) for of in suffixes], [columns(rows, "", of) for of in suffixes]
     felt, swung, pose = [[] for _ in suffixes], [], []
     for tick in range(len(rows)):
         for finger in range(len(suffixes)):
@@ -127,12 +128,28 @@ def expect_felt(body, rows) -> None:
         expect("faults", rows["faults" + of], [contact.faults for contact in contacts], is_known)
         for name, letters, value in (("node_", "ijk", "nodes"), ("alpha_", "ijk", "alpha"),
                                      ("god_", "xyz", "god_object"), ("force_", "xyz", "force")):
-            expect(name + of, columns(name, of, letters), [getattr(contact, value) for contact in contacts], is_known)
+            told = columns(rows, name, of, letters)
+            expect(name + of, told, [getattr(contact, value) for contact in contacts], is_known)
     if body.modes:
-        expect("mode", columns("mode_", letters=[str(k + 1) for k in range(body.modes)]), swung)
+        expect("mode", columns(rows, "mode_", letters=[str(k + 1) for k in range(body.modes)]), swung)
     if body.free:  # with nobody there it rests
-        told = np.hstack([columns("body_"), columns("turn_", letters="wxyz")])
+        told = np.hstack([columns(rows, "body_"), columns(rows, "turn_", letters="wxyz")])
         expect("pose", told, np.float32(pose), np.logical_or.reduce(known))
+
+
+def expect_held(body, rows) -> None:
+    """The same of its tool."""
+    tool, states, wrenches, points = body.tool(), [], [], []
+    for handle, turn in zip(columns(rows, ""), columns(rows, "q", letters="wxyz")):
+        felt = tool.step(handle, turn)
+        states.append(int(felt["state"]))
+        wrenches.append((*felt["force"], *felt["torque"]))
+        points.append([(point["state"] == haptable_package().State.CONTACT, *point["force"]) for point in tool.points])
+    np.testing.assert_array_equal(rows["state"], states)
+    np.testing.assert_array_equal(np.hstack([columns(rows, "force_"), columns(rows, "torque_")]), np.float32(wrenches))
+    for p, point in enumerate(np.float32(points).swapaxes(0, 1), 1):
+        np.testing.assert_array_equal(rows[f"contact_p{p}"] != 0, point[:, 0] != 0, f"point {p}")
+        np.testing.assert_array_equal(columns(rows, "force_", f"_p{p}"), point[:, 1:], f"point {p}")
 
 
 def expect_the_bodys_surface(page, epsilon: float = 2.0**-24, least_m: float = 1e-4) -> None:
@@ -227,7 +244,7 @@ def test_opens_from_the_disk_and_is_pressed(page):
     page.expect_quiet()
 
 
-def test_turns_and_zooms(page):
+def test_turns_and_zooms_and_keeps_its_axes_as_pictures_get_coarser(page):
     """A drag beside the body turns it, and the wheel brings it nearer."""
     page.make(n=4).open()
     azimuth, distance = page("[haptable.picture().azimuth, haptable.picture().distance]")
@@ -237,6 +254,11 @@ def test_turns_and_zooms(page):
     page.browser.mouse("Wheel", 400, 400, -100)
     page.until(f"haptable.picture().azimuth < {azimuth} && haptable.picture().distance < {distance}")
     assert page("haptable.frame().state") == 0
+    drawn = ("(c => c.getContext('2d').getImageData(0, 0, c.width, c.height).data.some(v => v > 0))"
+             "(document.getElementById('overlay'))")
+    page.until(drawn)
+    page("haptable.picture().coarser(); haptable.picture().draw(); 0")
+    assert page(drawn)
 
 
 def test_is_pressed_by_a_finger_on_the_screen(page):
@@ -311,24 +333,6 @@ def test_replays_the_hosts_bits_of_two_fingers_and_of_a_body_that_moves(page, mo
         assert np.hypot(rows["body_x"][-1] - 0.015, rows["body_y"][-1] - 0.015) > 1e-3, "they push it about"
 
 
-def expect_held(body, rows) -> None:
-    """What the library's tool feels on the rows' path is what they say, bit for bit."""
-    tool = body.tool()
-
-    def columns(*names) -> np.ndarray:
-        return np.stack([rows[name] for name in names], axis=-1).astype(np.float32)
-    handle, turn = columns("x", "y", "z"), columns("qw", "qx", "qy", "qz")
-    for i, row in enumerate(rows):
-        felt = tool.step(handle[i], turn[i])
-        assert felt["state"] == row["state"], i
-        np.testing.assert_array_equal(columns("force_x", "force_y", "force_z")[i], felt["force"], str(i))
-        np.testing.assert_array_equal(columns("torque_x", "torque_y", "torque_z")[i], felt["torque"], str(i))
-        for p, point in enumerate(tool.points, 1):
-            assert (row[f"contact_p{p}"] != 0) == (point["state"] == haptable_package().State.CONTACT), (i, p)
-            told = columns(*(f"force_{a}_p{p}" for a in "xyz"))[i]
-            np.testing.assert_array_equal(told, point["force"], f"{i}, {p}")
-
-
 TOOL = """[contact]
 force = "{force}"
 god_object = "{god_object}"
@@ -349,10 +353,8 @@ def test_replays_the_hosts_bits_of_a_tool(page, force, god_object, more):
     turn /= np.linalg.norm(turn, axis=1)[:, None]
     text = "x,y,z,qw,qx,qy,qz\n" + "".join(
         ",".join(f"{v:.9g}" for v in np.float32(row)) + "\n" for row in np.hstack([path, turn]))
-    (page.folder / "felt.csv").write_text(page.open("?worker=off").replay(text))
-    rows = read_csv(page.folder / "felt.csv")
+    rows = page.open("?worker=off").expect_the_hosts(page.replay(text))
     assert len(rows) == len(path)
-    expect_held(page.body, rows)
     assert sum(rows[f"contact_p{p}"] for p in range(1, 8)).max() > 2
 
 
@@ -372,9 +374,7 @@ def test_presses_a_tool_that_keys_turn(page):
     page.let_go(*page.at(*TOP))
     page.until("haptable.frame().state === 1")
     page.browser.key("r")
-    page.until("haptable.saved")
-    (page.folder / "felt.csv").write_text(page("haptable.saved.csv"))
-    expect_held(page.body, read_csv(page.folder / "felt.csv"))
+    page.recorded()
     page.expect_quiet()
 
 
@@ -432,24 +432,19 @@ def test_a_model_that_is_damaged_is_refused(page):
     assert not all(opens(model[:i] + b"\x4d" + model[i + 1:]) for i in range(0, 256, 4))
 
 
-@pytest.mark.parametrize("columns", ["float32", "float16"])
-def test_deforms_as_the_viewer_does(page, columns):
-    page.make()
-    if columns == "float16":  # too little for float32
-        page.make(words=["--megabytes", page.file.stat().st_size / 1e6 - 0.01])
-    page.open()
-    assert page("haptable.scene().columns.format") == columns
-    page.press()
-    page.until(DENTED)
-    expect_the_bodys_surface(page, 2.0**-24 if columns == "float32" else 2.0**-11)
-
-
-def test_spreads_a_mask_as_the_viewer_does(page):
+@pytest.mark.parametrize("form, epsilon, more", [
+    ("float32", 2.0**-24, ""), ("float16", 2.0**-11, ""),
+    ("float32", 2.0**-24, '[contact]\nforce = "pressure-mask"\nmask_radius = 0.012\n')],
+    ids=["float32", "float16", "mask"])
+def test_deforms_as_the_viewer_does(page, form, epsilon, more):
     """A mask loads the nodes under it, not the patch's corners alone."""
-    page.make('[contact]\nforce = "pressure-mask"\nmask_radius = 0.012\n' + FIXED).open()
-    page.press()
-    page.until("haptable.frame().contact && haptable.frame().force[2] > 0.01")
-    expect_the_bodys_surface(page)
+    page.make(more + FIXED)
+    if form == "float16":  # too little for float32
+        page.make(words=["--megabytes", page.file.stat().st_size / 1e6 - 0.01])
+    page.open().press()
+    assert page("haptable.scene().columns.format") == form
+    page.until(f"{DENTED} && haptable.frame().force[2] > 0.01")
+    expect_the_bodys_surface(page, epsilon)
     page.expect_quiet()
 
 
@@ -744,15 +739,6 @@ def test_is_touched_by_two_fingers_on_a_phone(page):
     assert page("document.getElementById('help').open")
     page("document.getElementById('help').close(); 0")
     page.expect_quiet()
-
-
-def test_keeps_its_axes_as_pictures_get_coarser(page):
-    page.make(n=4).open()
-    drawn = ("(c => c.getContext('2d').getImageData(0, 0, c.width, c.height).data.some(v => v > 0))"
-             "(document.getElementById('overlay'))")
-    page.until(drawn)
-    page("haptable.picture().coarser(); haptable.picture().draw(); 0")
-    assert page(drawn)
 
 
 def test_tells_what_is_wrong_with_a_csv(page):
