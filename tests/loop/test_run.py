@@ -234,12 +234,6 @@ def test_shows_faults_that_were_asked_for(session):
     assert b"lost_states" in session.read("out/report.html")
 
 
-def test_ctrl_c_leaves_a_valid_record(session):
-    assert ends(session.begun("--seconds", "60", "--draw", "nothing"), by=signal.SIGINT) == 130
-    session.expect_whole_record()
-    assert session.json("summary")["trouble"] == "ended by Ctrl-C"
-
-
 def test_a_servo_that_dies_is_named_and_leaves_a_valid_record(session):
     process = session.begun(*LONG)
     os.kill(session.child_of(process, "cube/servo"), signal.SIGKILL)
@@ -278,17 +272,13 @@ def test_a_full_tmpfs_is_said_and_leaves_a_valid_record(session):
         assert session.read(f"out/{name}.csv").endswith(b"\n")
 
 
-def test_killed_it_leaves_no_program_and_a_valid_log(session):
+def test_killed_it_leaves_no_program_a_valid_log_and_a_folder_that_is_written_again(session):
+    """It leaves no lock, and files that are half are replaced."""
     process = session.begun(*LONG)
     children = [session.child_of(process, name) for name in ("cube/servo", "haptable-device")]
     ends(process, by=signal.SIGKILL)
     assert wait_until(lambda: not any(map(is_running, children)))
     assert len(session.log()) > 100
-
-
-def test_after_a_killed_one_the_folder_is_written_again(session):
-    """One that was killed leaves no lock, and what it left is replaced."""
-    ends(session.begun(*LONG), by=signal.SIGKILL)
     left = session.folder / "out/servo.csv.haptable-999999999"
     left.write_text("half")
     session.ended("--seconds", "0.3", "--lockstep", *QUIET)
@@ -296,13 +286,14 @@ def test_after_a_killed_one_the_folder_is_written_again(session):
     assert not left.exists()
 
 
-def test_the_second_into_a_folder_is_told(session):
+def test_the_second_into_a_folder_is_told_and_ctrl_c_leaves_a_valid_record(session):
     first = session.begun(*LONG)
     second = run(session.command("--seconds", "0.1", "--draw", "nothing"))
     assert second.status == 1
     assert f"out: process {first.pid} is writing it" in second.err
     assert ends(first, by=signal.SIGINT) == 130, session.said()
     session.expect_whole_record()
+    assert session.json("summary")["trouble"] == "ended by Ctrl-C"
 
 
 def test_files_of_others_stay(session):
@@ -332,23 +323,18 @@ def test_serves_a_target_in_qemu(session, need):
     assert not (session.folder / "out/to-target").exists()
 
 
-def test_a_replay_onto_its_own_input_is_an_error(session):
-    path, folder = session.folder / "path.csv", session.folder
-    path.write_text("x,y,z\n0,0,1\n")
-    outcome = run([BUILT / "cube/servo", "--replay", path, "--out", f"{folder}/../{folder.name}/path.csv"])
-    assert outcome.status == 1 and "is what --replay reads" in outcome.err
-    assert path.read_text() == "x,y,z\n0,0,1\n"
-
-
-@pytest.mark.parametrize("by", ["device", "run"])
-def test_a_path_out_of_its_own_folder_is_an_error(session, by):
-    """The record of a session is the path of the next, but not in the folder where it would be replaced."""
+@pytest.mark.parametrize("words, option", [
+    ([program("haptable-device"), "meshes/cube.toml", "--path", "{path}", "--csv", "{path}"], "--path"),
+    ([program("haptable-run"), "meshes/cube.toml", "-o", "{folder}", "--path", "{path}"], "--path"),
+    ([BUILT / "cube/servo", "--replay", "{path}", "--out", "{folder}/../out/device.csv"], "--replay")],
+    ids=["device", "run", "servo"])
+def test_a_path_that_would_be_replaced_is_an_error(session, words, option):
+    """The record of a session is the path of the next, but not in the folder where it is, by whatever name."""
     path = session.folder / "out/device.csv"
     path.parent.mkdir()
     path.write_text("x,y,z\n0,0,1\n")
-    outcome = run([program("haptable-device"), "meshes/cube.toml", "--path", path, "--csv", path] if by == "device" else
-                  [program("haptable-run"), "meshes/cube.toml", "-o", path.parent, "--path", path])
-    assert outcome.status == 1 and "device.csv: is what --path reads" in outcome.err
+    outcome = run([str(word).format(path=path, folder=path.parent) for word in words])
+    assert outcome.status == 1 and f"device.csv: is what {option} reads" in outcome.err
     assert path.read_text() == "x,y,z\n0,0,1\n"
 
 

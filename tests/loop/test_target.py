@@ -32,11 +32,11 @@ class Line:
         self.start(["sh", "scripts/qemu.sh", target, BUILT / f"{scene}/firmware/{target}/loop.elf", *ends_of])
         return ends_of
 
-    def over_pipes(self, target: str, scene: str = "cube") -> list:
-        return ["--pipes", *self.pipes(target, scene)]
-
-    def over_uart(self, target: str, scene: str = "cube") -> list:
-        return ["--run", f"env QEMU_SERIAL=stdio sh scripts/qemu.sh {target} {BUILT}/{scene}/firmware/{target}/uart.elf"]
+    def over(self, by: str, target: str, scene: str = "cube") -> list:
+        """The bridge's words for it: by "pipes", or "uart", that of the board."""
+        image = f"{BUILT}/{scene}/firmware/{target}/uart.elf"
+        return (["--pipes", *self.pipes(target, scene)] if by == "pipes" else
+                ["--run", f"env QEMU_SERIAL=stdio sh scripts/qemu.sh {target} {image}"])
 
     def bridge(self, line: list, scene: str = "cube", record: str = "bridge.csv", **where):
         return self.start([program("haptable-bridge"), BUILT / scene, "--quiet", "--no-realtime", "--csv",
@@ -106,25 +106,32 @@ def line(tmp_path, start, need, lcm_url):
     return Line(tmp_path, start)
 
 
-@pytest.mark.parametrize("target", TARGETS)
-def test_over_pipes_it_gives_the_forces_of_the_host(line, target):
-    line.expect_forces_of_the_host(line.over_pipes(target), 1)
+PIPES = [("pipes", target) for target in TARGETS]
+BOTH = [*PIPES, ("uart", "cortex-m7"), ("uart", "rv32")]
 
 
-@pytest.mark.parametrize("target", ["cortex-m7", "rv32"])
-def test_over_the_uart_it_gives_the_forces_of_the_host(line, target):
-    line.expect_forces_of_the_host(line.over_uart(target), 0.3)
+@pytest.mark.parametrize("by, target", BOTH)
+def test_it_gives_the_forces_of_the_host(line, by, target):
+    line.expect_forces_of_the_host(line.over(by, target), 1 if by == "pipes" else 0.3)
 
 
-@pytest.mark.parametrize("target", TARGETS)
-def test_two_fingers_have_the_forces_of_the_host(line, target):
+@pytest.mark.parametrize("by, target", BOTH)
+def test_two_fingers_have_the_forces_of_the_host(line, by, target):
     """Two hands of one device, the image of two fingers: what the target felt, through the host's servo again."""
-    line.expect_forces_of_all(line.over_pipes(target, "cube-two"))
+    line.expect_forces_of_all(line.over(by, target, "cube-two"))
 
 
-@pytest.mark.parametrize("target", ["cortex-m7", "rv32"])
-def test_two_fingers_over_the_uart_have_the_forces_of_the_host(line, target):
-    line.expect_forces_of_all(line.over_uart(target, "cube-two"))
+@pytest.mark.parametrize("by, target", [*PIPES, ("uart", "rv32")])
+def test_three_hands_have_the_forces_of_the_host(line, by, target):
+    seconds, scene = 1 if by == "pipes" else 0.6, "three-hands"
+    rows = line.expect_forces_of_all(line.over(by, target, scene), scene, "tests/firmware/hands.toml",
+                                     ("drag,poke", "--seconds", str(seconds)), 3)
+    assert len(rows) >= 1000 * seconds
+
+
+@pytest.mark.parametrize("by, target", [*PIPES, ("uart", "cortex-m7")])
+def test_a_tool_has_force_and_torque_of_the_host(line, by, target):
+    line.expect_wrench_of_the_host(line.over(by, target, "pressed-disc"), 1 if by == "pipes" else 0.6)
 
 
 @pytest.mark.parametrize("target, scene, file, channel, columns, field", [
@@ -135,42 +142,19 @@ def test_two_fingers_over_the_uart_have_the_forces_of_the_host(line, target):
                                  "swung"))) for target in targets])
 def test_a_body_that_moves_is_where_the_host_has_it(line, lcm_url, target, scene, file, channel, columns, field):
     """A body that nothing holds, pushed by one hand, or one that rings; over LCM too."""
-    line.expect_motion_of_the_host(line.over_pipes(target, scene), scene, file, channel, columns, field, lcm_url)
+    line.expect_motion_of_the_host(line.over("pipes", target, scene), scene, file, channel, columns, field, lcm_url)
 
 
 @pytest.mark.parametrize("target, scene, file", [("cortex-m7", "grasped", "tests/firmware/grasp.toml"),
                                                  ("cortex-m33", "wobbling", "tests/firmware/wobble.toml")])
 def test_a_body_that_two_hands_lift_is_where_the_host_has_it(line, target, scene, file):
     """With modes besides, and without."""
-    height = line.expect_forces_of_all(line.over_pipes(target, scene), scene, file, ("lift", "--hold", "0.1"))["body_z"]
-    assert height.max() > height[0] + 0.01, "it is lifted"
-
-
-HANDS = ("three-hands", "tests/firmware/hands.toml")
-
-
-@pytest.mark.parametrize("target", TARGETS)
-def test_three_hands_have_the_forces_of_the_host(line, target):
-    rows = line.expect_forces_of_all(line.over_pipes(target, HANDS[0]), *HANDS, ("drag,poke", "--seconds", "1"), 3)
-    assert len(rows) >= 1000
-
-
-def test_three_hands_over_the_uart_have_the_forces_of_the_host(line):
-    rows = line.expect_forces_of_all(line.over_uart("rv32", HANDS[0]), *HANDS, ("drag,poke", "--seconds", "0.6"), 3)
-    assert len(rows) >= 600
-
-
-@pytest.mark.parametrize("target", TARGETS)
-def test_a_tool_has_force_and_torque_of_the_host(line, target):
-    line.expect_wrench_of_the_host(line.over_pipes(target, "pressed-disc"), 1)
-
-
-def test_a_tool_over_the_uart_has_force_and_torque_of_the_host(line):
-    line.expect_wrench_of_the_host(line.over_uart("cortex-m7", "pressed-disc"), 0.6)
+    rows = line.expect_forces_of_all(line.over("pipes", target, scene), scene, file, ("lift", "--hold", "0.1"))
+    assert rows["body_z"].max() > rows["body_z"][0] + 0.01, "it is lifted"
 
 
 def test_two_fingers_on_a_body_that_rings_have_the_forces_of_the_host(line):
-    line.expect_forces_of_all(line.over_pipes("cortex-m4", "squeezed"), "squeezed", "tests/firmware/squeeze.toml")
+    line.expect_forces_of_all(line.over("pipes", "cortex-m4", "squeezed"), "squeezed", "tests/firmware/squeeze.toml")
 
 
 class Port:
