@@ -27,6 +27,13 @@ PATIENCE_S = 600.0
 #: 60 ticks straight down into the top of meshes/cube.toml, 3.9 mm deep.
 PRESS = "x,y,z\n" + "".join(f"0.015,0.015,{np.float32(0.032) - np.float32(1e-4) * np.float32(tick):.9g}\n"
                             for tick in range(60))
+TABLE_BYTES, MOST_CODE_BYTES = 6752, 21100  # of the cube
+# What the reader of a board's example has to bring.
+BOARD = """#include <stdint.h>
+int device_read(float x[3]) { x[0] = x[1] = x[2] = 0.0f; return 1; }
+volatile float motor;
+void device_write(const float f[3]) { motor = f[0]; }
+"""
 # Zephyr's and ESP-IDF's own functions are not here: in their place ones that look at every file.
 LOOK = """
 function(look)
@@ -38,18 +45,15 @@ math(EXPR n "${n} + 1")
 endforeach()
 message(STATUS "${n} files")
 endfunction()
-function(zephyr_library_named)
+foreach(name zephyr_library_named zephyr_library_compile_options target_compile_options)
+function(${name})
 endfunction()
-function(zephyr_library_compile_options)
-endfunction()
-function(zephyr_include_directories)
+endforeach()
+foreach(name zephyr_include_directories zephyr_library_sources)
+function(${name})
 look(${ARGV})
 endfunction()
-function(zephyr_library_sources)
-look(${ARGV})
-endfunction()
-function(target_compile_options)
-endfunction()
+endforeach()
 function(idf_component_register)
 cmake_parse_arguments(A "" "" "SRCS;INCLUDE_DIRS" ${ARGN})
 list(TRANSFORM A_SRCS PREPEND ${CMAKE_CURRENT_LIST_DIR}/)
@@ -199,6 +203,20 @@ class Listener:
 def forces(rows) -> np.ndarray:
     """float32 [ticks, 3], N, of the CSV of a servo, a bridge or a device."""
     return np.stack([rows[f"force_{axis}"] for axis in "xyz"], axis=1).astype(np.float32)
+
+
+def write_program(file: Path, text: str) -> None:
+    """A script of the shell."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text("#!/bin/sh\n" + text)
+    file.chmod(0o700)
+
+
+def expect_flash(folder: Path, elf: str, more: float = 1.0) -> None:
+    """The cube's tables and servo are in a linked program, as the cross tools count it, and nothing that it does not
+    name, 3,700 bytes and more."""
+    size = int(done(f"arm-none-eabi-size {elf}", folder).splitlines()[1].split()[0])
+    assert TABLE_BYTES + 4000 < size < TABLE_BYTES + more * MOST_CODE_BYTES
 
 
 def finger_path(servo_csv: Path, to: Path) -> None:

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from programs import write_program
 
 from lab import LabError, drawings, figure, figures, plots
 from lab.figure import Figure, Unshown
@@ -66,19 +67,22 @@ def test_a_figure_that_cannot_be_read_is_refused_and_leaves_no_file(tmp_path, sp
     assert list(tmp_path.iterdir()) == []
 
 
-def test_symbols_are_left_out_where_they_have_no_room():
-    _, axes = simple()
+def empty():
+    """Axes from 0 to 10, drawn."""
+    this, axes = simple()
     axes.set(xlim=(0, 10), ylim=(0, 10))
-    taken: list = []
+    this.figure.canvas.draw()
+    return axes
+
+
+def test_symbols_are_left_out_where_they_have_no_room():
+    axes, taken = empty(), []
     assert figure.thinned(axes, [1, 1.01, 5], [1, 1, 5], 6.0, taken) == [0, 2]
     assert figure.thinned(axes, [5, 9], [5, 9], 6.0, taken) == [1], "those of the first curve stay"
 
 
 def test_names_of_points_are_where_no_symbol_is_and_within_the_frame():
-    this, axes = simple()
-    axes.set(xlim=(0, 10), ylim=(0, 10))
-    this.figure.canvas.draw()
-    taken: list = []
+    axes, taken = empty(), []
     x, y = [1, 5, 5.8, 9.9], [5, 5, 5, 5]
     figure.thinned(axes, x, y, 1.0, taken)
     figure.name_points(axes, [("free", 1, 5), ("left", 5, 5), ("left too", 9.9, 5),
@@ -88,10 +92,8 @@ def test_names_of_points_are_where_no_symbol_is_and_within_the_frame():
 
 
 def test_names_of_points_are_beside_lines():
-    this, axes = simple()
-    axes.set(xlim=(0, 10), ylim=(0, 10))
+    axes = empty()
     axes.plot([5, 10], [5, 5], ":")
-    this.figure.canvas.draw()
     figure.name_points(axes, [("left", 5, 5)], [])
     assert [(t.get_text(), t.get_ha()) for t in axes.texts] == [("left", "right")]
 
@@ -231,20 +233,14 @@ def test_a_path_begins_and_ends_at_rest_and_goes_through_its_places():
     assert np.abs(np.diff(path, axis=0)[[0, 99, 100]]).max() < 2e-7
 
 
-def program(file: Path, text: str) -> None:
-    file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text("#!/bin/sh\n" + text)
-    file.chmod(0o755)
-
-
 def test_a_picture_without_a_contact_is_refused_and_the_one_that_is_there_stays(tmp_path, monkeypatch):
     build, pictures = tmp_path / "build", tmp_path / "pictures"
     monkeypatch.setenv("BUILD", str(build))
     pictures.mkdir()
-    program(build / "bin/haptable-view", 'for last; do :; done; echo drawn >"$last"\n')
+    write_program(build / "bin/haptable-view", 'for last; do :; done; echo drawn >"$last"\n')
 
     def make(force_n: float, contact: int) -> None:
-        program(build / "bed/servo", "for last; do :; done; printf 'tick,contact,force_x,force_y,force_z\\n"
+        write_program(build / "bed/servo", "for last; do :; done; printf 'tick,contact,force_x,force_y,force_z\\n"
                 f"99,1,0,0,1\\n100,{contact},0,0,{force_n}\\n' >\"$last\"\n")
         (pictures / "law-bed.png").write_text("before")
         figures.make(["law-bed"], pictures)

@@ -13,6 +13,7 @@ from lab.error import FORCES
 from lab.figure import ROOT
 from lab.numbers import texts
 from lab.specimens import cube_scene
+from programs import write_program
 
 
 # ---- speed ---------------------------------------------------------------------------------------------------------
@@ -141,11 +142,9 @@ def test_devices_tell_their_sources_and_what_never_rings(need):
 
 
 def test_a_program_that_fails_is_an_error_that_names_it(tmp_path):
-    program = tmp_path / "fails"
-    program.write_text("#!/bin/sh\nexit 3\n")
-    program.chmod(0o755)
+    write_program(tmp_path / "fails", "exit 3\n")
     with pytest.raises(LabError, match=r"fails: ended with status 3"):
-        programs.told(program)
+        programs.told(tmp_path / "fails")
 
 
 # ---- instructions --------------------------------------------------------------------------------------------------

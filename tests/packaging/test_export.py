@@ -5,20 +5,13 @@ import shutil
 import xml.etree.ElementTree as tree
 
 import pytest
-from programs import BUILT, LOOK, ROOT, done, program, run
+from programs import BOARD, BUILT, LOOK, ROOT, done, expect_flash, program, run
 
 KINDS = ["arduino", "cmake", "cmsis-pack", "esp-idf", "platformio", "zephyr"]
 STM32 = "-mthumb -mcpu=cortex-m4 -mfpu=fpv4-sp-d16 -mfloat-abi=hard"
 RP2350 = "-mthumb -mcpu=cortex-m33 -mfpu=fpv5-sp-d16 -mfloat-abi=hard"
-TABLE_BYTES, MOST_CODE_BYTES = 6752, 21100  # of the cube, as in firmware/README.md's test
 MORE_BY_O3 = 1.15  # where functions are inlined whatever they weigh
 MEMORY = ROOT / "firmware/port/haptable_memory.c"
-
-# What the reader of an example has to bring.
-DEVICE = """int device_read(float x[3]) { x[0] = x[1] = x[2] = 0.0f; return 1; }
-volatile float motor;
-void device_write(const float f[3]) { motor = f[0]; }
-"""
 
 
 def export(folder, kind: str, out: str):
@@ -48,10 +41,7 @@ def sources(root) -> list:
 
 
 def expect_size(root, elf: str, more: float = 1.0) -> None:
-    """Flash of a linked program, as the cross tools count it."""
-    size = int(done(f"arm-none-eabi-size {elf}", root).splitlines()[1].split()[0])
-    assert size > TABLE_BYTES + 4000, "the tables and the servo are in it"
-    assert size < TABLE_BYTES + more * MOST_CODE_BYTES
+    expect_flash(root, elf, more)
     others = run(f"arm-none-eabi-nm {elf} | grep -E 'haptable_(part|pair|modes|moving|rows|relax)'", root)
     assert others.out == "", "nothing that the cube does not name is in it"
 
@@ -83,7 +73,7 @@ def test_refuses_kinds_and_folders_that_it_cannot_take(root):
 
 @pytest.mark.parametrize("example, core", [("stm32f4", STM32), ("rp2350", RP2350)])
 def test_examples_compile_and_link_for_their_cores(root, cross, example, core):
-    (root / "device.c").write_text(DEVICE)
+    (root / "device.c").write_text(BOARD)
     done(f"arm-none-eabi-gcc {core} -std=c99 -ffreestanding -O2 -ffp-contract=off -fno-math-errno "
          "-fno-tree-loop-distribute-patterns -ffunction-sections -fdata-sections -Wall -Wextra -Werror "
          f"-Iplatformio/src platformio/examples/{example}.c platformio/src/*.c device.c {MEMORY} -nostdlib "
@@ -106,7 +96,7 @@ def test_arduinos_sketch_compiles(root, cross):
 def test_cmake_takes_it_as_a_subdirectory(root, cross):
     app = root / "app"
     app.mkdir()
-    (app / "device.c").write_text(DEVICE)
+    (app / "device.c").write_text(BOARD)
     shutil.copy(MEMORY, app)
     (app / "CMakeLists.txt").write_text(
         "cmake_minimum_required(VERSION 3.16)\nproject(app C)\nadd_subdirectory(../cmake body)\n"

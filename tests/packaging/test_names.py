@@ -7,7 +7,7 @@ from pathlib import Path
 from shlex import quote
 
 import pytest
-from programs import BUILD, BUILT, ROOT, make, program, run
+from programs import BUILD, BUILT, ROOT, make, program, run, write_program
 
 # Stems of names. What one executes makes a file `pwned` in the current folder.
 NAMES = [
@@ -111,13 +111,12 @@ def test_of_scripts(named):
 
 def test_of_an_installed_scene(named):
     bin_ = named.folder / "bin"
-    for folder in (bin_, named.folder / "lib"):
-        folder.mkdir()
+    (named.folder / "lib").mkdir()
+    bin_.mkdir()
     shutil.copy(ROOT / "packaging/haptable-build", bin_)
     (bin_ / "haptable-precompute").symlink_to(program("haptable-precompute"))
     # A compiler that makes what -o names.
-    (bin_ / "cc").write_text('#!/bin/sh\nwhile [ "$1" != -o ]; do shift; done; : >"$2"\n')
-    (bin_ / "cc").chmod(0o700)
+    write_program(bin_ / "cc", 'while [ "$1" != -o ]; do shift; done; : >"$2"\n')
     cc = quote(str(bin_ / "cc"))
     named.well(f"CC={cc} CXX={cc} {quote(str(bin_ / 'haptable-build'))} {named.word('.toml')} -o {quote(named.name)}")
     assert (named.file("") / "servo").exists()

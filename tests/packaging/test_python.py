@@ -6,7 +6,7 @@ import os
 import shutil
 import struct
 
-from programs import BUILD, done
+from programs import BUILD, done, write_program
 
 PIP = "bin/pip install --quiet --disable-pip-version-check"
 #: What a type of message is known by again.
@@ -52,8 +52,7 @@ def test_passes_its_tests_in_a_clean_venv(tmp_path, need, wheels):
 
 
 # What make would build is nothing here.
-NO_MAKE = """#!/bin/sh
-parts=build/package/python
+NO_MAKE = """parts=build/package/python
 mkdir -p $parts/messages && touch $parts/messages/__init__.py
 echo 'int nothing;' | gcc -shared -fPIC -x c - -o $parts/libhaptable.so.1 && ln -sf libhaptable.so.1 $parts/libhaptable.so
 """
@@ -62,9 +61,7 @@ echo 'int nothing;' | gcc -shared -fPIC -x c - -o $parts/libhaptable.so.1 && ln 
 def test_installs_in_a_folder_that_was_copied_after_a_build(tmp_path, wheels):
     """setuptools keeps a list of files by their absolute paths."""
     first, copy = tmp_path / "first", tmp_path / "copy"
-    (tmp_path / "bin").mkdir()
-    (tmp_path / "bin/make").write_text(NO_MAKE)
-    (tmp_path / "bin/make").chmod(0o700)
+    write_program(tmp_path / "bin/make", NO_MAKE)
     first.mkdir()
     done("tar cf - python setup.py pyproject.toml docs/PYTHON.md host/base/program.hpp host/library/haptable_library.h "
          f"| tar xf - -C {first} && python3 -m venv {tmp_path}/venv")

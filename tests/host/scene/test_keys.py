@@ -3,12 +3,9 @@
 
 import json
 import re
-import sys
 
 import pytest
 from programs import BUILT, ROOT, done
-
-sys.path.insert(0, str(ROOT))
 
 from lab import LabError
 from lab.scene_keys import Keys, schema_text, with_keys
