@@ -14,10 +14,6 @@ DOUBLE, FLOAT = 2.0**-53, 2.0**-24  # unit roundoffs
 NAMES = [case.name for case in hard.hard_cases(Path("build/hard/meshes"))]
 
 
-def _case(name, folder):
-    return next(case for case in hard.hard_cases(folder) if case.name == name)
-
-
 def inverse_bound(reference):
     """What an entry of L may err by, as a share of sqrt(L_ii L_jj): a Cholesky factor is that of K + dK with |dk_ij| <=
     (a few) sqrt(n) u sqrt(k_ii k_jj) (Demmel 1989), and dL = -L dK L. Both sides of a comparison do, and the assembly
@@ -53,7 +49,7 @@ def _expect_force(body, reference, god_object):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_hard_case_is_exact_or_told_or_refused(name, tmp_path, build):
-    case, reference = _case(name, tmp_path), None
+    case, reference = next(case for case in hard.hard_cases(tmp_path) if case.name == name), None
     for force in hard.FORCES:
         if case.refusal:
             with pytest.raises(LabError) as refused:

@@ -42,13 +42,9 @@ def made(request, tmp_path_factory):
     shutil.rmtree(BUILT / f"test-{element}", ignore_errors=True)
 
 
-def viewed(tables, csv, tick: int, words: str) -> None:
-    done(f"{program('haptable-view')} {tables} --csv {csv} --ticks {tick} --quiet {words}")
-
-
 def test_a_session_with_least_energy_from_first_touch_to_the_picture(made, tmp_path, lcm_url):
     scene, servo = made
-    tables, felt, out = servo.parent, tmp_path / "out/servo.csv", tmp_path / "out"
+    felt, out = tmp_path / "out/servo.csv", tmp_path / "out"
     # 1. Servo and device in lockstep.
     summary = json.loads(done([program("haptable-run"), scene, "-o", out, "--no-realtime", "--lockstep", "--path",
                                "poke,drag,circle", "--draw", "nothing", "--json"]))
@@ -63,10 +59,10 @@ def test_a_session_with_least_energy_from_first_touch_to_the_picture(made, tmp_p
     assert np.linalg.norm(force, axis=1).max() > 0.1
     assert given[-1] > -1e-3 * max(given.max(), 0)
     # 3. The picture and the meshes for ParaView.
-    pressed = int(np.argmax(rows["force_z"]))
-    viewed(tables, felt, pressed, f"-o {tmp_path}/cube.png")
+    view = f"{program('haptable-view')} {servo.parent} --csv {felt} --ticks {np.argmax(rows['force_z'])} --quiet"
+    done(f"{view} -o {tmp_path}/cube.png")
     assert (tmp_path / "cube.png").stat().st_size > 20_000
-    viewed(tables, felt, pressed, f"--vtu -o {tmp_path}/vtu")
+    done(f"{view} --vtu -o {tmp_path}/vtu")
     numbers = re.search(r'Name="displacement_m"[^>]*>([^<]*)<', (tmp_path / "vtu/frame_000000.vtu").read_text())[1]
     assert np.abs(np.array(numbers.split(), float)).max() > 0.001
 

@@ -177,14 +177,17 @@ def expect_the_bodys_surface(page, epsilon: float = 2.0**-24, least_m: float = 1
     assert np.abs(u).max() > least_m
 
 
+def csv_text(names: str, parts: list) -> str:
+    return names + "\n" + "".join(",".join(f"{value:.9g}" for value in row) + "\n"
+                                  for row in np.float32(np.column_stack(parts)))
+
+
 def csv_of(path: np.ndarray) -> str:
     """A path [ticks, 3 fingers], m, with every combination of buttons."""
-    names = "x,y,z,buttons" + (",x2,y2,z2,buttons2" if path.shape[1] == 6 else "")
     held = np.arange(len(path)) // 500 % 8
-    return names + "\n" + "".join(
-        ",".join([*(f"{x:.9g}" for x in row[:3]), str(b), *(f"{x:.9g}" for x in row[3:]),
-                  *["0"][:len(row) // 6]]) + "\n"
-        for row, b in zip(np.float32(path), held))
+    if path.shape[1] == 3:
+        return csv_text("x,y,z,buttons", [path, held])
+    return csv_text("x,y,z,buttons,x2,y2,z2,buttons2", [path[:, :3], held, path[:, 3:], 0 * held])
 
 
 def strokes(body, count: int, seed: int = 1) -> np.ndarray:
@@ -351,9 +354,8 @@ def test_replays_the_hosts_bits_of_a_tool(page, force, god_object, more):
     angle = 0.01 * np.arange(len(path))
     turn = np.stack([np.cos(0.3 * np.sin(angle)), *(0.6 * np.sin(0.3 * np.sin(angle)) * s for s in (1, 1, 0.75))], 1)
     turn /= np.linalg.norm(turn, axis=1)[:, None]
-    text = "x,y,z,qw,qx,qy,qz\n" + "".join(
-        ",".join(f"{v:.9g}" for v in np.float32(row)) + "\n" for row in np.hstack([path, turn]))
-    rows = page.open("?worker=off").expect_the_hosts(page.replay(text))
+    csv = page.open("?worker=off").replay(csv_text("x,y,z,qw,qx,qy,qz", [path, turn]))
+    rows = page.expect_the_hosts(csv)
     assert len(rows) == len(path)
     assert sum(rows[f"contact_p{p}"] for p in range(1, 8)).max() > 2
 
