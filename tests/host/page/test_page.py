@@ -96,7 +96,7 @@ class Page:
 
 @pytest.fixture
 def page(tmp_path, browser, need):
-    need("lib/page/servo.wasm", "lib/page/three.min.js", "lib/libhaptable.so.1")
+    need("lib/page/servo.wasm", "lib/page/page.html", "lib/page/three.min.js", "lib/libhaptable.so.1")
     return Page(tmp_path, browser)
 
 
