@@ -51,80 +51,93 @@ Vector3d cut(const Vector3d& force_n, double most_n) {
     return size > most_n ? Vector3d(most_n / size * force_n) : force_n;
 }
 
+/// The largest of three vectors.
+double largest_of(const Matrix3d& columns) { return columns.colwise().norm().maxCoeff(); }
+
 /// What one tick gave, and what it should have.
 struct Tick {
     Felt felt;
     Vector3d x = Vector3d::Zero();  ///< in the frame of the body's surface at rest
     bool contact = false;
     SurfacePoint at;
-    Vector3d god = Vector3d::Zero();
+    Vector3d god = Vector3d::Zero();       ///< of a point the nearest
+    Vector3d loaded_m = Vector3d::Zero();  ///< the god-object that `at` tells of: of a point its load's
     Vector3d raised_m = Vector3d::Zero();  ///< where another finger had raised the surface
     Matrix3d s = Matrix3d::Zero();         ///< S(god), from the tables
     StiffeningCurve curve;                 ///< of the dent
     Vector3d load_n = Vector3d::Zero();    ///< Psi' S u
     Vector3d law_n = Vector3d::Zero();     ///< -Psi' S u, cut to max_force
-    Vector3d force_n = Vector3d::Zero();   ///< what the user felt
-    std::array<Vector3d, 3> nodal_n{};     ///< as the servo published them
+    Matrix3d nodal_n = Matrix3d::Zero();   ///< a column each, as the servo published them
     haptable_counters counters{};
+    bool has_limit = false;  ///< was met in it
     // Of a point, which a tool or each of many fingers has:
     bool presses = false;
-    Vector3d loaded_m = Vector3d::Zero();  ///< the load's god-object; `god` is the nearest
-    Vector3d normal = Vector3d::Zero();    ///< outward
+    Vector3d normal = Vector3d::Zero();  ///< outward
 
     Vector3d u() const { return x - god; }
     Vector3d dent() const { return u() + raised_m; }
-    /// Energy of the spring that the contact is while the god-object stands still.
-    double energy_at(const Vector3d& finger) const {
+    Vector3d loaded_u() const { return x - loaded_m + raised_m; }
+    double linear_j(const Vector3d& finger) const {
         const Vector3d dent = finger - god + raised_m;
-        return contact ? curve.stored(0.5 * dent.dot(s * dent)) : 0.0;
+        return 0.5 * dent.dot(s * dent);
     }
-    double linear_j() const { return 0.5 * dent().dot(s * dent()); }
+    /// Energy of the spring that the contact is while the god-object stands still.
+    double energy_at(const Vector3d& finger) const { return contact ? curve.stored(linear_j(finger)) : 0.0; }
     double energy_j() const { return energy_at(x); }
     /// Of the dent, beside a linear one's.
-    double largest_tangent() const { return curve.largest_tangent(linear_j()); }
+    double largest_tangent() const { return curve.largest_tangent(linear_j(x)); }
     std::size_t limits() const {
         return std::size_t{counters.walk_limits} + counters.slide_limits + counters.box_limits;
     }
-    Vector3d released_n() const { return force_n - law_n; }
+    Vector3d released_n() const { return felt.force_n - law_n; }
 };
 
 /// What was given beyond what was stored when it began to be given.
 struct Account {
     double given_j = 0.0, held_j = 0.0, rounding_j = 0.0;
 
-    /// True where that is too much.
-    bool note(double stored_j, Verdict& verdict) {
-        verdict.most_stored_j = std::max(verdict.most_stored_j, stored_j);
+    void begin() { given_j = held_j = 0.0; }
+    /// One tick; rounded_j: what rounding may make of it. False where too much was given.
+    bool note(double more_j, double stored_j, double rounded_j, Verdict& verdict) {
+        given_j += more_j;
         held_j = std::min(held_j, given_j + stored_j);
+        rounding_j = std::max(rounding_j, rounded_j);
+        verdict.most_stored_j = std::max(verdict.most_stored_j, stored_j);
         verdict.most_given_j = std::max(verdict.most_given_j, given_j - held_j);
-        return given_j - held_j > kEnergy * verdict.most_stored_j + rounding_j;
+        return given_j - held_j <= kEnergy * verdict.most_stored_j + rounding_j;
     }
 };
 
-/// A tick of the whole scene.
+/// A tick of the whole scene, and what the stroke has come to.
 struct SceneTick {
     int index = 0;
-    bool rests = false;       ///< no finger has moved
-    bool has_limit = false;   ///< was met by any finger, in it or the last
-    Motion before, after;     ///< of a free body
-    std::string faults = {};  ///< of the tick
+    bool rests = false;      ///< no finger has moved
+    bool has_limit = false;  ///< was met by any finger, in it or the last
+    Motion before, after;    ///< of a free body
+    std::string faults;      ///< of the tick
+    Verdict verdict;
+
+    void expect(bool holds, Fault otherwise) {
+        if (holds) return;
+        int& first = verdict.tick[static_cast<std::size_t>(otherwise)];
+        if (first < 0) first = index;
+        const std::string name(name_of(otherwise));
+        if (faults.find(name) == std::string::npos) faults += (faults.empty() ? "" : " ") + name;
+    }
 };
 
 /// One finger of a stroke.
 class FingerTrial {
 public:
-    FingerTrial(const Touched& touched, SceneState& scene, std::size_t finger, SceneTick& tick, Verdict& verdict)
+    FingerTrial(const Touched& touched, SceneState& scene, std::size_t finger, SceneTick& tick)
         : touched_(touched),
           model_(touched.model),
           scene_(scene),
           servo_(touched.has_points() ? scene.point_servo(finger) : scene.servo(finger)),
           finger_(finger),
           tick_(tick),
-          verdict_(verdict),
           where_(touched.solid),
-          size_m_(touched.solid.size_m()) {
-        if (touched.body != nullptr) rigid_ = rigid_of(*touched.body);
-    }
+          size_m_(touched.solid.size_m()) {}
     FingerTrial(const FingerTrial&) = delete;
     FingerTrial& operator=(const FingerTrial&) = delete;
 
@@ -134,37 +147,83 @@ public:
         last_ = now_;
     }
 
-    void take(const haptable_input& in, const haptable_output& out) {
+    /// What a point of a tool has come to.
+    void take() {
         now_ = Tick();
-        now_.felt = felt_of(scene_, finger_, in, out);
-        if (model_.release != nullptr) now_.felt.released_n = now_.felt.force_n + now_.felt.load_n;
-        now_.x = inside_of(now_.felt);
-        now_.force_n = to_vector(out.force_n);
         now_.counters = servo_.counters;
-        now_.contact = out.state == HAPTABLE_CONTACT;
-        rounding_m_ =
-            kRoundings * (touched_.solid.reach_m() + (touched_.body != nullptr ? now_.felt.at_m.norm() : 0.0));
-        if (!now_.contact) return;
-        now_.at = {out.patch, to_vector(out.alpha)};
-        now_.god = to_vector(out.god_object_m);
-        if (const haptable_pair* pair = scene_.pair(); pair != nullptr)
-            now_.raised_m = to_vector(pair->view[finger_].raised_m);
-        now_.s = touched_.law.stiffness(now_.at);
-        now_.curve = touched_.law.curve();
-        now_.load_n = now_.curve.factor(now_.linear_j()) * (now_.s * now_.dent());
-        now_.law_n = cut(-now_.load_n, most_n());
-        for (std::size_t c = 0; c < 3; ++c) now_.nodal_n[c] = to_vector(out.nodal_force_n[c]);
+        now_.has_limit = now_.limits() != last_.limits();
+        if (touched_.has_points()) take_point(scene_.point_state(finger_));
+    }
+    /// Of a finger also what its hand did and was given.
+    void take(const haptable_input& in, const haptable_output& out) {
+        take();
+        take_hand(in, out);
     }
 
-    /// Of a point: where its contact begins and ends the nearest god-object tells.
-    void take(const haptable_point& point) {
-        now_ = Tick();
+    void check() {
+        if (has_hand()) check_force();
+        check_sides();
+        if (now_.contact) check_area();
+        if (touched_.has_points()) check_point();
+        if (!touched_.has_points() && now_.contact) check_law();
+        if (has_hand() && !since_.is_first) check_change();
+        if (is_alone() && model_.energy != nullptr && !tick_.verdict.clamped) check_energy();
+        if (is_alone() && model_.frictionless != nullptr && now_.contact && last_.contact) check_cone();
+        since_.is_first = false;
+    }
+
+    /// A position that is none: the next one begins a session.
+    void begin() {
+        tick_.expect(now_.felt.force_n.norm() == 0.0, Fault::kForce);
+        last_ = now_ = Tick();
+        since_ = Session();
+        account_.begin();
+    }
+
+    const Tick& now() const { return now_; }
+    Vector3d motion_m() const { return now_.x - last_.x; }
+    bool begins() const { return now_.contact && now_.counters.contacts != last_.counters.contacts; }
+    bool only_touches() const { return now_.contact && !now_.presses; }
+    bool fades() const { return servo_.fade_ticks != 0; }
+    double rounding_m() const { return rounding_m_; }
+    bool has_limit() const { return now_.has_limit || last_.has_limit; }
+
+    /// A line of kJudgedColumns. given_j: where the whole scene's is judged.
+    std::string describe(double given_j) {
+        const SurfacePoint& g = now_.at;
+        return fmt::format(
+            "{},{},{:.9g},{:d},{:d},{:d},{},{:.6g},{:.9g},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{}\n",
+            tick_.index, finger_, listed(now_.x), now_.contact, where_.is_inside(now_.x), sees_god(),
+            now_.contact ? std::to_string(g.patch) : "", listed(g.alpha), listed(now_.god), now_.limits(),
+            touched_.solid.gap_m(now_.x), now_.felt.force_n.norm(), now_.law_n.norm(), change_n().norm(),
+            now_.energy_j(), is_alone() ? account_.given_j : given_j, tick_.faults);
+    }
+
+private:
+    /// One finger on a body at rest: all that it gives hangs on its own path.
+    bool is_alone() const { return touched_.pair == nullptr && !touched_.has_points() && !moves(); }
+    bool moves() const { return touched_.body != nullptr || touched_.modes != nullptr; }
+    bool has_hand() const { return touched_.tool() == nullptr; }
+    Vector3d change_n() const { return now_.felt.force_n - last_.felt.force_n; }
+    double most_n() const { return static_cast<double>(model_.max_force_n); }
+    haptable_freed* freed() const { return haptable_freed_of(&model_, &servo_); }
+
+    // ---- what the servo says ----
+
+    /// In the body's frame. How far modes have moved the surface is the servo's word.
+    Vector3d inside_of(const Felt& felt) const {
+        if (touched_.modes != nullptr) return felt.inside_m;
+        if (touched_.body == nullptr) return felt.at_m;
+        return tick_.before.turn.conjugate() * (felt.at_m - tick_.before.centre_m) + to_vector(touched_.body->centre_m);
+    }
+
+    /// Where a point's contact begins and ends the nearest god-object tells.
+    void take_point(const haptable_point& point) {
         now_.felt.at_m = now_.x = to_vector(servo_.finger_m);
-        now_.counters = servo_.counters;
         now_.contact = point.is_inside != 0;
         now_.presses = point.presses != 0;
         rounding_m_ = kRoundings * (touched_.solid.reach_m() + now_.x.norm());
-        now_.load_n = now_.force_n = to_vector(point.load_n);
+        now_.load_n = now_.felt.force_n = to_vector(point.load_n);
         if (!now_.contact) return;
         now_.at = {point.at.patch, to_vector(point.at.alpha)};
         now_.god = to_vector(servo_.contact.god_object_m);
@@ -173,93 +232,30 @@ public:
         now_.raised_m = static_cast<double>(point.raised_m) * now_.normal + to_vector(point.sunk_m);
     }
 
-    /// Of one of many fingers, whose load its point has.
-    void take(const haptable_point& point, const haptable_input& in, const haptable_output& out) {
-        take(point);
-        now_.felt.at_m = to_vector(in.finger_m);
-        now_.force_n = to_vector(out.force_n);
-        const double faded = static_cast<double>(servo_.fade_ticks) / HAPTABLE_FADE_TICKS;
-        now_.law_n = (1.0 - faded) * cut(-now_.load_n, most_n());
-        for (std::size_t c = 0; c < 3; ++c) now_.nodal_n[c] = to_vector(out.nodal_force_n[c]);
+    /// Of one of many fingers its point has the load.
+    void take_hand(const haptable_input& in, const haptable_output& out) {
+        now_.felt = felt_of(scene_, finger_, in, out);
+        now_.nodal_n = Eigen::Map<const Eigen::Matrix3f>(out.nodal_force_n[0]).cast<double>();
         now_.contact = out.state == HAPTABLE_CONTACT;
+        if (now_.contact) now_.at = {out.patch, to_vector(out.alpha)};
+        if (now_.contact) now_.loaded_m = now_.felt.god_m;
+        if (touched_.has_points()) {
+            const double faded = static_cast<double>(servo_.fade_ticks) / HAPTABLE_FADE_TICKS;
+            now_.law_n = (1.0 - faded) * cut(-now_.load_n, most_n());
+            return;
+        }
+        if (model_.release != nullptr) now_.felt.released_n = now_.felt.force_n + now_.felt.load_n;
+        now_.x = inside_of(now_.felt);
+        rounding_m_ =
+            kRoundings * (touched_.solid.reach_m() + (touched_.body != nullptr ? now_.felt.at_m.norm() : 0.0));
         if (!now_.contact) return;
-        now_.at = {out.patch, to_vector(out.alpha)};
-        now_.loaded_m = to_vector(out.god_object_m);
-    }
-
-    void check_point() {
-        check_sides();
-        if (touched_.tool() == nullptr) check_given();
-        had_limit_ = has_limit();
-        if (now_.contact) check_area(now_.loaded_m);
-        if (!now_.load_n.allFinite() || (!now_.presses && now_.load_n.norm() != 0.0) || now_.presses > now_.contact)
-            fault(Fault::kForce);
-        if (now_.presses && now_.load_n.dot(now_.normal) > 0.0) fault(Fault::kPull);
-        is_first_ = false;
-    }
-
-    void check() {
-        verdict_.clamped |= is_cut(now_.load_n) || is_cut(now_.force_n);
-        check_force();
-        check_sides();
-        if (now_.contact) check_area(now_.god);
-        if (now_.contact) check_law();
-        if (!is_first_) check_change();
-        if (is_alone() && model_.energy != nullptr) check_energy();
-        if (is_alone() && model_.frictionless != nullptr && now_.contact && last_.contact) check_cone();
-        is_first_ = false;
-    }
-
-    /// A position that is none: the next one begins a session.
-    void begin() {
-        if (now_.force_n.norm() != 0.0) fault(Fault::kForce);
-        last_ = now_ = Tick();
-        is_first_ = true;
-        came_from_outside_ = is_free_ = had_limit_ = false;
-        outside_ticks_ = deep_ticks_ = 0;
-        behind_ticks_ = 0;
-        account_.given_j = account_.held_j = owed_j_ = 0.0;
-    }
-
-    void fault(Fault kind) {
-        int& tick = verdict_.tick[static_cast<std::size_t>(kind)];
-        if (tick < 0) tick = tick_.index;
-        std::string& faults = tick_.faults;
-        if (faults.find(name_of(kind)) == std::string::npos)
-            faults += (faults.empty() ? "" : " ") + std::string(name_of(kind));
-    }
-
-    const Tick& now() const { return now_; }
-    const Tick& last() const { return last_; }
-    bool begins() const { return now_.contact && now_.counters.contacts != last_.counters.contacts; }
-    bool only_touches() const { return now_.contact && !now_.presses; }
-    bool fades() const { return servo_.fade_ticks != 0; }
-    double rounding_m() const { return rounding_m_; }
-    bool has_limit() const { return now_.limits() != last_.limits(); }
-
-    /// A line of kJudgedColumns. given_j: where the whole scene's is judged.
-    std::string describe(double given_j) {
-        const SurfacePoint& g = now_.at;
-        return fmt::format(
-            "{},{},{:.9g},{:d},{:d},{:d},{},{:.6g},{:.9g},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{}\n",
-            tick_.index, finger_, listed(now_.x), now_.contact, where_.is_inside(now_.x), now_.contact && sees_god(),
-            now_.contact ? std::to_string(g.patch) : "", listed(g.alpha), listed(now_.god), now_.limits(),
-            touched_.solid.gap_m(now_.x), now_.force_n.norm(), now_.law_n.norm(), (now_.force_n - last_.force_n).norm(),
-            now_.energy_j(), is_alone() ? account_.given_j : given_j, tick_.faults);
-    }
-
-private:
-    /// One finger on a body at rest: all that it gives hangs on its own path.
-    bool is_alone() const { return touched_.pair == nullptr && !touched_.has_points() && !moves(); }
-    bool moves() const { return touched_.body != nullptr || touched_.modes != nullptr; }
-    double most_n() const { return static_cast<double>(model_.max_force_n); }
-    haptable_freed* freed() const { return haptable_freed_of(&model_, &servo_); }
-
-    /// In the body's frame. How far modes have moved the surface is the servo's word.
-    Vector3d inside_of(const Felt& felt) const {
-        if (touched_.modes != nullptr) return felt.inside_m;
-        if (touched_.body == nullptr) return felt.at_m;
-        return tick_.before.turn.conjugate() * (felt.at_m - tick_.before.centre_m) + rigid_.centre_m;
+        now_.god = now_.loaded_m;
+        if (const haptable_pair* pair = scene_.pair(); pair != nullptr)
+            now_.raised_m = to_vector(pair->view[finger_].raised_m);
+        now_.s = touched_.law.stiffness(now_.at);
+        now_.curve = touched_.law.curve();
+        now_.load_n = now_.curve.factor(now_.linear_j(now_.x)) * (now_.s * now_.dent());
+        now_.law_n = cut(-now_.load_n, most_n());
     }
 
     // ---- inside and outside ----
@@ -272,10 +268,10 @@ private:
         const auto from_last = [&](const Solid::Entry& entry) { return (entry.point_m - last_.x).norm(); };
         const std::vector<Solid::Entry> out = solid.entries(now_.x, last_.x, 0.0);
         for (const Solid::Entry& in : solid.entries(last_.x, now_.x, 0.0)) {
-            double to_m = (now_.x - last_.x).norm();
+            double to_m = motion_m().norm();
             for (const Solid::Entry& one : out)
                 if (from_last(one) > from_last(in)) to_m = std::min(to_m, from_last(one));
-            const Vector3d middle = last_.x + 0.5 * (from_last(in) + to_m) * (now_.x - last_.x).normalized();
+            const Vector3d middle = last_.x + 0.5 * (from_last(in) + to_m) * motion_m().normalized();
             if (solid.holds(middle) && solid.gap_m(middle) > kClear * size_m_) return true;
         }
         return false;
@@ -283,65 +279,61 @@ private:
 
     bool is_clearly_outside() { return !where_.is_inside(now_.x) && where_.is_beyond(now_.x, kClear * size_m_); }
 
-    /// The finger is outside and sees the god-object, which lies on the surface within the servo's tolerance. No more
-    /// of the line to it is left out: a wedge may be thinner.
+    /// In contact, the finger is outside and sees the god-object, which lies on the surface within the servo's
+    /// tolerance. No more of the line to it is left out: a wedge may be thinner.
     bool sees_god() {
-        if (!is_clearly_outside()) return false;
+        if (!now_.contact || !is_clearly_outside()) return false;
         const Vector3d line = now_.x - now_.god;
         const double left_out_m = static_cast<double>(model_.tolerance_m);
         return touched_.solid.sees(now_.x, now_.god + std::min(0.5, left_out_m / line.norm()) * line);
     }
 
     void check_sides() {
-        if (now_.contact) {
-            came_from_outside_ = true;
-            deep_ticks_ = 0;
-            is_free_ = false;
-            const bool sees = sees_god();
-            outside_ticks_ = sees ? outside_ticks_ + 1 : 0;
-            if (outside_ticks_ > (has_limit() || had_limit_ ? kLimitTicks : 0)) fault(Fault::kOutside);
-            behind_ticks_ = !sees && is_clearly_outside() ? behind_ticks_ + 1 : 0;
-            verdict_.most_behind_ticks = std::max(verdict_.most_behind_ticks, behind_ticks_);
-            return;
-        }
-        outside_ticks_ = 0;
-        behind_ticks_ = 0;
-        const bool inside = where_.is_inside(now_.x), was_free = is_free_;
-        is_free_ = is_clearly_outside();
-        came_from_outside_ |= is_free_;
-        if (was_free && is_free_ && !where_.is_beyond(now_.x, (now_.x - last_.x).norm()))
-            verdict_.passed += went_through() ? 1 : 0;
-        deep_ticks_ = inside && came_from_outside_ && where_.is_beyond(now_.x, kDeep * size_m_) ? deep_ticks_ + 1 : 0;
-        if (deep_ticks_ >= kDeepTicks) fault(Fault::kLost);
+        const auto count = [](auto& ticks, bool goes_on) { ticks = goes_on ? ticks + 1 : 0; };
+        const bool is_outside = is_clearly_outside(), sees = sees_god();
+        count(since_.outside_ticks, sees);
+        tick_.expect(since_.outside_ticks <= (has_limit() ? kLimitTicks : 0), Fault::kOutside);
+        count(since_.behind_ticks, now_.contact && is_outside && !sees);
+        tick_.verdict.most_behind_ticks = std::max(tick_.verdict.most_behind_ticks, since_.behind_ticks);
+
+        const bool was_free = since_.is_free;
+        since_.is_free = is_outside && !now_.contact;
+        if (was_free && since_.is_free && !where_.is_beyond(now_.x, motion_m().norm()))
+            tick_.verdict.passed += went_through() ? 1 : 0;
+
+        since_.came_from_outside |= is_outside || now_.contact;
+        count(since_.deep_ticks, !now_.contact && since_.came_from_outside && where_.is_inside(now_.x) &&
+                                     where_.is_beyond(now_.x, kDeep * size_m_));
+        tick_.expect(since_.deep_ticks < kDeepTicks, Fault::kLost);
     }
 
     // ---- the force ----
 
+    bool is_cut(const Vector3d& force_n) const { return force_n.norm() >= most_n() * (1.0 - 1e-5); }
+
     void check_force() {
-        if (!(now_.force_n.norm() <= most_n() * (1.0 + 1e-5))) fault(Fault::kForce);
+        tick_.verdict.clamped |= is_cut(now_.load_n) || is_cut(now_.felt.force_n);
+        tick_.expect(now_.felt.force_n.norm() <= most_n() * (1.0 + 1e-5), Fault::kForce);
     }
 
-    /// Of one of many fingers: its load, at the god-object's corners and to the hand.
-    void check_given() {
-        verdict_.clamped |= is_cut(now_.load_n);
-        check_force();
-        double error = (now_.force_n - now_.law_n).norm();
-        for (std::size_t c = 0; c < 3; ++c)
-            error = std::max(error, (now_.nodal_n[c] - now_.at.alpha[static_cast<int>(c)] * now_.load_n).norm());
-        if (!(error <= kLaw * now_.load_n.norm())) fault(Fault::kLaw);
-        if (!is_first_) check_rest(now_.force_n - last_.force_n);
-    }
-
-    void check_area(const Vector3d& god) {
+    void check_area() {
         const double missed = std::abs(now_.at.alpha.sum() - 1.0);
-        verdict_.most_area = std::max(verdict_.most_area, missed);
-        Vector3d point = Vector3d::Zero();
-        for (std::size_t c = 0; c < 3; ++c)
-            point += now_.at.alpha[static_cast<Eigen::Index>(c)] *
-                     to_vector(touched_.servo.vertex_m[touched_.servo.patch[now_.at.patch][c]].data());
-        if (!(missed <= kSumOfAreas * kFloat) || !(now_.at.alpha.minCoeff() >= 0.0) ||
-            !((point - god).norm() <= kRoundings * touched_.solid.reach_m()))
-            fault(Fault::kArea);
+        tick_.verdict.most_area = std::max(tick_.verdict.most_area, missed);
+        const double off_m = (point_of(touched_.servo, now_.at) - now_.loaded_m).norm();
+        tick_.expect(missed <= kSumOfAreas * kFloat && now_.at.alpha.minCoeff() >= 0.0 &&
+                         off_m <= kRoundings * touched_.solid.reach_m(),
+                     Fault::kArea);
+    }
+
+    /// A point presses with its load; one of many fingers gives it to its corners and to its hand.
+    void check_point() {
+        const bool is_load = now_.presses ? now_.contact : now_.load_n.norm() == 0.0;
+        tick_.expect(is_load && now_.load_n.allFinite(), Fault::kForce);
+        tick_.expect(!(now_.presses && now_.load_n.dot(now_.normal) > 0.0), Fault::kPull);
+        if (!has_hand()) return;
+        const double error = std::max((now_.felt.force_n - now_.law_n).norm(),
+                                      largest_of(now_.nodal_n - now_.load_n * now_.at.alpha.transpose()));
+        tick_.expect(error <= kLaw * now_.load_n.norm(), Fault::kLaw);
     }
 
     /// A body that moves gives a part of the law's force: what nobody has paid for is not given. What two fingers press
@@ -349,24 +341,20 @@ private:
     void check_law() {
         const haptable_pair* pair = scene_.pair();
         if (pair != nullptr && pair->touches[finger_] != 0 && pair->touches[1 - finger_] != 0) return;
-        std::array<Vector3d, 3> law_n;
-        double along = 0.0, square = 0.0, largest = now_.load_n.norm(), error = 0.0;
-        for (std::size_t c = 0; c < 3; ++c) {
-            law_n[c] = touched_.law.nodal_force(now_.at, now_.s, now_.dent(), static_cast<int>(c));
-            along += law_n[c].dot(now_.nodal_n[c]);
-            square += law_n[c].squaredNorm();
-            largest = std::max(largest, now_.nodal_n[c].norm());
-        }
+        const Matrix3d law_n = touched_.law.nodal_forces(now_.at, now_.s, now_.dent());
+        const double square = law_n.squaredNorm();
         double share = 1.0;
-        if (moves()) share = square > 0.0 ? std::clamp(along / square, 0.0, 1.0) : 0.0;
+        if (moves()) share = square > 0.0 ? std::clamp(law_n.cwiseProduct(now_.nodal_n).sum() / square, 0.0, 1.0) : 0.0;
         if (pair != nullptr && pair->touches[finger_] == 0) share = 0.0;
-        for (std::size_t c = 0; c < 3; ++c) error = std::max(error, (now_.nodal_n[c] - share * law_n[c]).norm());
-        if (is_alone() && model_.release == nullptr) error = std::max(error, (now_.force_n - now_.law_n).norm());
-        if (!(error <= kLaw * largest) && !(error <= rounding_of(largest))) fault(Fault::kLaw);
+        const double largest = std::max(now_.load_n.norm(), largest_of(now_.nodal_n));
+        double error = largest_of(now_.nodal_n - share * law_n);
+        if (is_alone() && model_.release == nullptr) error = std::max(error, (now_.felt.force_n - now_.law_n).norm());
+        tick_.expect(error <= kLaw * largest || error <= rounding_of(largest), Fault::kLaw);
         if (!is_alone() || !touched_.law.draws(now_.at)) return;
         const double gap_m = (touched_.law.drawn(now_.at, now_.nodal_n) - now_.u()).norm();
-        if (gap_m <= kLaw * now_.u().norm()) return;
-        if (!(gap_m <= rounding_of(now_.load_n.norm()) / eigenvalues(now_.s)[0])) fault(Fault::kDrawn);
+        tick_.expect(
+            gap_m <= kLaw * now_.u().norm() || gap_m <= rounding_of(now_.load_n.norm()) / eigenvalues(now_.s)[0],
+            Fault::kDrawn);
     }
 
     /// The error that a force may have by the rounding of the god-object's coordinates and of the blocks.
@@ -377,50 +365,41 @@ private:
 
     // ---- from tick to tick ----
 
-    bool is_cut(const Vector3d& force_n) const { return force_n.norm() >= most_n() * (1.0 - 1e-5); }
-
     void check_change() {
-        const Vector3d motion = now_.x - last_.x, change = now_.force_n - last_.force_n;
         if (model_.release == nullptr || !is_alone())
-            check_rest(change);
-        else if (!is_cut(last_.force_n) && !is_cut(now_.force_n))
-            check_jump(motion, change);
-        owed_j_ = now_.contact ? std::max(0.0, owed_j_ + now_.released_n().dot(motion)) : 0.0;
-        had_limit_ = has_limit();
+            check_rest();
+        else if (!is_cut(last_.felt.force_n) && !is_cut(now_.felt.force_n))
+            check_jump();
+        since_.owed_j = now_.contact ? std::max(0.0, since_.owed_j + now_.released_n().dot(motion_m())) : 0.0;
     }
 
     /// Without release jumps are given as they are: but none where fingers rest on a body that does. Two god-objects
     /// that go by their energy or by friction come to rest after each other, and may take some ticks.
-    void check_rest(const Vector3d& change) {
+    void check_rest() {
         const bool takes_ticks =
             touched_.pair != nullptr && (model_.energy != nullptr || model_.frictionless != nullptr);
         if (!tick_.rests || moves() || takes_ticks || model_.release != nullptr || tick_.has_limit) return;
         const double rounded = now_.contact ? rounding_of(0.0) : 0.0;
-        if (change.norm() > 1e-6 * now_.force_n.norm() + rounded) fault(Fault::kJump);
+        tick_.expect(!(change_n().norm() > 1e-6 * now_.felt.force_n.norm() + rounded), Fault::kJump);
     }
 
     /// With release a force changes by a spring's change over the motion, of twice the stiffness, and by the release.
-    /// Along the motion what pushed may end at once, of the contact's force and of what is being released.
-    void check_jump(const Vector3d& motion, const Vector3d& change) {
+    /// Along the motion what pushed may end at once, of the contact's force and of what is being released. What a
+    /// release held back of forces that brake was not paid, and may be taken back: a force that pushed may turn into
+    /// one that brakes as much.
+    void check_jump() {
+        const double way_m = motion_m().norm();
         double slack =
-            2.0 * static_cast<double>(model_.release_n) + kLaw * (now_.force_n.norm() + last_.force_n.norm());
-        if (change.norm() <= slack) return;
-        if (now_.contact)
-            slack += 2.0 * now_.largest_tangent() * eigenvalues(now_.s)[2] * (motion.norm() + rounding_m_);
-        const Vector3d w = motion.norm() > 0.0 ? Vector3d(motion.normalized()) : Vector3d(Vector3d::Zero());
-        const double along = std::min(0.0, change.dot(w));
+            2.0 * static_cast<double>(model_.release_n) + kLaw * (now_.felt.force_n.norm() + last_.felt.force_n.norm());
+        if (change_n().norm() <= slack) return;
+        if (now_.contact) slack += 2.0 * now_.largest_tangent() * eigenvalues(now_.s)[2] * (way_m + rounding_m_);
+        const Vector3d w = way_m > 0.0 ? Vector3d(motion_m() / way_m) : Vector3d(Vector3d::Zero());
+        const double along = std::min(0.0, change_n().dot(w)), brakes = std::max(0.0, -now_.law_n.dot(w));
         const double pushed = std::max(0.0, last_.law_n.dot(w)) + std::max(0.0, last_.released_n().dot(w));
-        const double brakes = std::max(0.0, -now_.law_n.dot(w)), ends = slack + pushed + taken_back(motion, pushed);
-        if ((change - along * w).norm() > slack || -along > ends + brakes)
-            fault(Fault::kJump);
-        else if (-along > ends)
-            fault(Fault::kBrake);
-    }
-
-    /// What a release held back of forces that brake was not paid, and may be taken back: a force that pushed may turn
-    /// into one that brakes as much.
-    double taken_back(const Vector3d& motion, double pushed) const {
-        return pushed > 0.0 ? std::min(pushed, owed_j_ / motion.norm()) : 0.0;
+        const double ends = slack + pushed + (pushed > 0.0 ? std::min(pushed, since_.owed_j / way_m) : 0.0);
+        const bool is_explained = (change_n() - along * w).norm() <= slack && -along <= ends + brakes;
+        tick_.expect(is_explained, Fault::kJump);
+        tick_.expect(!is_explained || -along <= ends, Fault::kBrake);
     }
 
     // ---- energy ----
@@ -429,7 +408,7 @@ private:
     double work_of_entry() {
         if (!now_.contact || (last_.contact && now_.counters.contacts == last_.counters.contacts)) return 0.0;
         // A motion may begin within the tolerance behind the surface, and go along it there.
-        const Vector3d from = last_.x - kClear * size_m_ * (now_.x - last_.x).normalized();
+        const Vector3d from = last_.x - kClear * size_m_ * motion_m().normalized();
         std::vector<Solid::Entry> entries = touched_.solid.entries(from, now_.x, kClear * size_m_);
         if (entries.empty() && !where_.is_beyond(last_.x, kClear * size_m_))
             entries.push_back(touched_.solid.nearest(last_.x));
@@ -440,14 +419,12 @@ private:
     }
 
     Matrix3d spring_at(const Solid::Entry& entry) const {
-        std::array<Vector3d, 3> v;
-        for (std::size_t c = 0; c < 3; ++c)
-            v[c] = to_vector(touched_.servo.vertex_m[touched_.servo.patch[entry.triangle][c]].data());
-        const Vector3d n = (v[1] - v[0]).cross(v[2] - v[0]);
+        const auto corner = [&](std::size_t c) { return corner_of(touched_.servo, entry.triangle, c % 3); };
+        const Vector3d n = (corner(1) - corner(0)).cross(corner(2) - corner(0));
         SurfacePoint at{entry.triangle, Vector3d::Zero()};
-        for (int c = 0; c < 3; ++c) {
-            const Vector3d &a = v[static_cast<std::size_t>((c + 1) % 3)], &b = v[static_cast<std::size_t>((c + 2) % 3)];
-            at.alpha[c] = std::max(0.0, n.dot((b - a).cross(entry.point_m - a)) / n.squaredNorm());
+        for (std::size_t c = 0; c < 3; ++c) {
+            const Vector3d a = corner(c + 1), b = corner(c + 2);
+            at.alpha[static_cast<int>(c)] = std::max(0.0, n.dot((b - a).cross(entry.point_m - a)) / n.squaredNorm());
         }
         at.alpha /= at.alpha.sum();
         return touched_.law.stiffness(at);
@@ -458,7 +435,7 @@ private:
     double given_by_spring() const {
         if (!last_.contact) return 0.0;
         if (now_.contact) return last_.energy_j() - last_.energy_at(now_.x);
-        const Vector3d motion = now_.x - last_.x;
+        const Vector3d motion = motion_m();
         const double curvature = motion.dot(last_.s * motion), slope = motion.dot(last_.s * last_.dent());
         const double fraction = curvature > 0.0 ? std::clamp(-slope / curvature, 0.0, 1.0) : 0.0;
         return last_.energy_j() - last_.energy_at(last_.x + fraction * motion);
@@ -466,11 +443,10 @@ private:
 
     /// Until a clamp is met: beyond it the force is no gradient.
     void check_energy() {
-        if (verdict_.clamped) return;
-        if (tick_.index > 0)
-            account_.given_j += given_by_spring() - work_of_entry() + now_.released_n().dot(now_.x - last_.x);
-        account_.rounding_j = std::max(account_.rounding_j, now_.load_n.norm() * rounding_m_);
-        if (account_.note(now_.energy_j(), verdict_)) fault(Fault::kEnergy);
+        const double given_j = given_by_spring() - work_of_entry() + now_.released_n().dot(motion_m());
+        tick_.expect(account_.note(tick_.index > 0 ? given_j : 0.0, now_.energy_j(), now_.load_n.norm() * rounding_m_,
+                                   tick_.verdict),
+                     Fault::kEnergy);
     }
 
     // ---- friction ----
@@ -491,12 +467,9 @@ private:
         const haptable_freed& freed = room.freed[0] = freed_before_;
         const bool is_known = freed.tick == servo.counters.ticks && freed.contacts == servo.counters.contacts;
         if (smooth.energy == nullptr && is_known) servo.contact = freed.at;
-        const Vector3d held_n = share * (last_.s * (now_.x - last_.god));
-        for (int c = 0; c < 3; ++c) servo.contact.load_n[c] = static_cast<float>(held_n[c]);
+        Eigen::Map<Eigen::Vector3f>(servo.contact.load_n) = (share * (last_.s * (now_.x - last_.god))).cast<float>();
         haptable_output out;
-        float finger_m[3];
-        for (int c = 0; c < 3; ++c) finger_m[c] = static_cast<float>(now_.x[c]);
-        haptable_servo_step(&smooth, &servo, finger_m, 0, &out);
+        haptable_servo_step(&smooth, &servo, Eigen::Vector3f(now_.x.cast<float>()).data(), 0, &out);
         return out.state == HAPTABLE_CONTACT && is_at(out.god_object_m);
     }
 
@@ -507,7 +480,7 @@ private:
     /// A god-object that is where it would be without friction need not have its force in the cone: no point may. At a
     /// limit that depends on the last bit of the load, and is taken as the servo has it.
     bool is_freed() const {
-        if (has_limit()) return is_at(freed()->at.god_object_m);
+        if (now_.has_limit) return is_at(freed()->at.god_object_m);
         return is_frictionless(1.0 + kLaw) || is_frictionless(1.0 - kLaw);
     }
 
@@ -516,27 +489,28 @@ private:
         const auto normal = touched_.solid.outward(now_.at.patch, now_.at.alpha);
         const bool slips = servo_.contact.slips != 0;
         const double mu = static_cast<double>(slips ? model_.kinetic_friction : model_.static_friction);
-        if (normal && !is_in_cone(mu, *normal) && !is_freed()) fault(Fault::kCone);
+        tick_.expect(!normal || is_in_cone(mu, *normal) || is_freed(), Fault::kCone);
     }
 
     const Touched& touched_;
-    haptable_model model_;
+    const haptable_model& model_;
     SceneState& scene_;
     haptable_servo &servo_, before_{};
     haptable_freed freed_before_{};  ///< with friction
-    Rigid rigid_;                    ///< of a free body
     std::size_t finger_;
     SceneTick& tick_;
-    Verdict& verdict_;
     Whereabouts where_;
     double size_m_;
     double rounding_m_ = 0.0;  ///< of a god-object
     Tick last_, now_;
-    bool is_first_ = true, came_from_outside_ = false, had_limit_ = false;
-    int outside_ticks_ = 0, deep_ticks_ = 0;
-    bool is_free_ = false;  ///< clearly outside, without contact
-    std::size_t behind_ticks_ = 0;
-    double owed_j_ = 0.0;
+    /// What is remembered of the ticks before.
+    struct Session {
+        bool is_first = true, came_from_outside = false;
+        bool is_free = false;  ///< clearly outside, without contact
+        int outside_ticks = 0, deep_ticks = 0;
+        std::size_t behind_ticks = 0;
+        double owed_j = 0.0;  ///< that a release holds back
+    } since_;
     Account account_;
 };
 
@@ -545,24 +519,22 @@ using Fingers = std::deque<FingerTrial>;
 /// All points: C_TT f_T = u_T, in double; of a tool F = -sum f_i and M = -sum r_i x f_i.
 class PointsTrial {
 public:
-    PointsTrial(const Touched& touched, Verdict& verdict) : touched_(touched), verdict_(verdict) {}
+    PointsTrial(const Touched& touched, SceneTick& tick) : touched_(touched), tick_(tick) {}
 
     void begin() {
         last_ = System();
         unfelt_ticks_ = 0;
-        account_.given_j = account_.held_j = 0.0;
+        account_.begin();
     }
 
-    /// Returns what is wrong. out: what the hand of a tool was given.
-    std::vector<Fault> check(const Fingers& point, const haptable_tool_output& out) {
+    /// out: what the hand of a tool was given.
+    void check(const Fingers& point, const haptable_tool_output& out) {
         System now(point, touched_);
-        std::vector<Fault> faults;
-        if (!now.is_law()) faults.push_back(Fault::kLaw);
-        if (touched_.tool() != nullptr && !is_wrench(point, now, out)) faults.push_back(Fault::kForce);
-        if (touched_.model.energy != nullptr && gives(point, now)) faults.push_back(Fault::kEnergy);
-        if (is_unfelt(point, now.in.empty())) faults.push_back(Fault::kLost);
+        tick_.expect(now.is_law(), Fault::kLaw);
+        if (touched_.tool() != nullptr) tick_.expect(is_wrench(point, now, out), Fault::kForce);
+        if (touched_.model.energy != nullptr && !tick_.verdict.clamped) check_energy(point, now);
+        tick_.expect(!is_unfelt(point, now.in.empty()), Fault::kLost);
         last_ = std::move(now);
-        return faults;
     }
 
 private:
@@ -589,31 +561,29 @@ private:
             std::vector<SurfacePoint> at;
             for (std::size_t i = 0; i < point.size(); ++i)
                 if (point[i].now().presses) in.push_back(i), at.push_back(point[i].now().at);
-            u_m.resize(3 * size());
-            f_n.resize(3 * size());
-            for (Eigen::Index k = 0; k < size(); ++k) {
-                const FingerTrial& one = point[in[static_cast<std::size_t>(k)]];
-                u_m.segment<3>(3 * k) = one.now().x - one.now().loaded_m + one.now().raised_m;
-                f_n.segment<3>(3 * k) = one.now().load_n;
-                rounding_m = std::max(rounding_m, one.rounding_m());
-            }
+            u_m = of_each(point, [](const auto& one) { return one.now().loaded_u(); });
+            f_n = of_each(point, [](const auto& one) { return one.now().load_n; });
+            for (const std::size_t i : in) rounding_m = std::max(rounding_m, point[i].rounding_m());
             if (!in.empty()) c = touched.law.compliance(touched.coupling(), at);
         }
-        Eigen::Index size() const { return static_cast<Eigen::Index>(in.size()); }
+        /// One below the other.
+        template <typename Value>
+        Eigen::VectorXd of_each(const Fingers& point, const Value& value) const {
+            Eigen::VectorXd all(3 * static_cast<Eigen::Index>(in.size()));
+            for (Eigen::Index k = 0; 3 * k < all.size(); ++k)
+                all.segment<3>(3 * k) = value(point[in[static_cast<std::size_t>(k)]]);
+            return all;
+        }
         double stored_j() const { return 0.5 * u_m.dot(f_n); }
         /// The residual, as its size and the rounding of places allow: that does not ask for C's condition.
         bool is_law() const {
             if (in.empty()) return true;
             return (c * f_n - u_m).norm() <=
-                   kLaw * (c.norm() * f_n.norm() + u_m.norm()) + std::sqrt(size()) * rounding_m;
+                   kLaw * (c.norm() * f_n.norm() + u_m.norm()) + std::sqrt(in.size()) * rounding_m;
         }
         /// Where the points have gone, the god-objects standing still.
         double stored_at(const Fingers& point) const {
-            Eigen::VectorXd u = u_m;
-            for (Eigen::Index k = 0; k < size(); ++k) {
-                const FingerTrial& one = point[in[static_cast<std::size_t>(k)]];
-                u.segment<3>(3 * k) += one.now().x - one.last().x;
-            }
+            const Eigen::VectorXd u = u_m + of_each(point, [](const auto& one) { return one.motion_m(); });
             return in.empty() ? 0.0 : 0.5 * u.dot(c.ldlt().solve(u));
         }
     };
@@ -635,42 +605,47 @@ private:
             size += load.norm();
             arm = std::max(arm, r.norm());
         }
-        verdict_.clamped |= f.norm() > most_n || m.norm() > most_n_m;
+        tick_.verdict.clamped |= f.norm() > most_n || m.norm() > most_n_m;
         return (force - cut(f, most_n)).norm() <= kLaw * size &&
                (torque - cut(m, most_n_m)).norm() <= kLaw * arm * size;
     }
 
-    /// As of one finger: on the springs of the last tick. What begins to press the hand has pressed. Until a clamp.
-    bool gives(const Fingers& point, const System& now) {
-        if (verdict_.clamped) return false;
+    /// As of one finger: on the springs of the last tick. What begins to press the hand has pressed.
+    void check_energy(const Fingers& point, const System& now) {
         const double moved_j = last_.stored_at(point);
         // One that touches and does not press may have done so within the tick.
         const bool begins =
             !std::includes(last_.in.begin(), last_.in.end(), now.in.begin(), now.in.end()) ||
             std::any_of(point.begin(), point.end(), [](const auto& one) { return one.begins() || one.only_touches(); });
-        account_.given_j += last_.stored_j() - moved_j - (begins ? std::max(0.0, now.stored_j() - moved_j) : 0.0);
-        account_.rounding_j = std::max(account_.rounding_j, now.f_n.norm() * now.rounding_m);
-        return account_.note(now.stored_j(), verdict_);
+        const double pressed_j = begins ? std::max(0.0, now.stored_j() - moved_j) : 0.0;
+        tick_.expect(account_.note(last_.stored_j() - moved_j - pressed_j, now.stored_j(),
+                                   now.f_n.norm() * now.rounding_m, tick_.verdict),
+                     Fault::kEnergy);
     }
 
     const Touched& touched_;
-    Verdict& verdict_;
+    SceneTick& tick_;
     int unfelt_ticks_ = 0;
     System last_;
     Account account_;
 };
 
-/// All fingers in a tick.
+/// What hands do in a tick, and are given.
 struct Hands {
     std::array<haptable_input, HAPTABLE_HANDS> in{};
     std::array<haptable_output, HAPTABLE_HANDS> out{};
+    haptable_tool_output tool{};
 
     void step(const Touched& touched, SceneState& scene, const FingerPositions& at, std::size_t tick) {
         for (std::size_t f = 0; f < scene.fingers(); ++f) {
             std::copy_n(at[f].begin(), 3, in[f].finger_m);
             in[f].is_there = 1;
         }
-        touched.step(scene, in.data(), static_cast<std::uint32_t>(tick) * HAPTABLE_TICK_US, out.data());
+        const std::uint32_t now_us = static_cast<std::uint32_t>(tick) * HAPTABLE_TICK_US;
+        if (touched.tool() == nullptr) return touched.step(scene, in.data(), now_us, out.data());
+        haptable_tool_input pose{in[0], {}};
+        std::copy_n(turn_of(at[1]).begin(), 4, pose.turn);
+        touched.step(scene, &pose.hand, now_us, &tool.hand);
     }
 };
 
@@ -681,12 +656,12 @@ public:
         : touched_(touched),
           told_(told),
           scene_(touched.model, touched.pair, touched.body, touched.modes, touched.tool()),
-          points_(touched, verdict_),
+          points_(touched, tick_),
           rigid_(touched.body != nullptr ? rigid_of(*touched.body) : Rigid()),
           ledger_(
               touched.servo.stiffness.felt_n_per_m, touched.body != nullptr ? &rigid_ : nullptr,
               touched.modes != nullptr && (touched.model.energy == nullptr || touched.model.frictionless != nullptr)) {
-        for (std::size_t f = 0; f < touched.contacts(); ++f) finger_.emplace_back(touched_, scene_, f, tick_, verdict_);
+        for (std::size_t f = 0; f < touched.contacts(); ++f) finger_.emplace_back(touched_, scene_, f, tick_);
     }
 
     Verdict run(const Stroke& stroke) {
@@ -699,8 +674,8 @@ public:
                 if (told_ != nullptr && is_sound) *told_ += finger.describe(ledger_.risen_j());
             ++tick_.index;
         }
-        for (const auto& finger : finger_) verdict_.limits += finger.now().limits();
-        return verdict_;
+        for (const auto& finger : finger_) tick_.verdict.limits += finger.now().limits();
+        return tick_.verdict;
     }
 
 private:
@@ -708,49 +683,23 @@ private:
         tick_.faults.clear();
         tick_.rests = tick_.index > 0 && at == at_;
         at_ = at;
-        if (touched_.tool() != nullptr)
-            step_tool(at);
-        else
-            step_fingers(at);
-        const bool had_limit = has_limit_;
-        has_limit_ = false;
-        for (const auto& finger : finger_) has_limit_ |= finger.has_limit();
-        tick_.has_limit = has_limit_ || had_limit;
-    }
-
-    void step_tool(const FingerPositions& at) {
-        haptable_tool_input in{};
-        std::copy_n(at[0].begin(), 3, in.hand.finger_m);
-        std::copy_n(turn_of(at[1]).begin(), 4, in.turn);
-        in.hand.is_there = 1;
-        for (auto& point : finger_) point.keep();
-        touched_.step(scene_, &in.hand, static_cast<std::uint32_t>(tick_.index) * HAPTABLE_TICK_US, &felt_.hand);
-        for (std::size_t i = 0; i < finger_.size(); ++i) finger_[i].take(scene_.point_state(i));
-    }
-
-    void step_fingers(const FingerPositions& at) {
-        Hands hands;
         if (touched_.body != nullptr) tick_.before = motion_of(*scene_.body(), rigid_);
         for (FingerTrial& finger : finger_) finger.keep();
-        hands.step(touched_, scene_, at, static_cast<std::size_t>(tick_.index));
+        hands_ = Hands();
+        hands_.step(touched_, scene_, at, static_cast<std::size_t>(tick_.index));
         if (touched_.body != nullptr) tick_.after = motion_of(*scene_.body(), rigid_);
         for (std::size_t f = 0; f < finger_.size(); ++f)
-            if (touched_.has_points())
-                finger_[f].take(scene_.point_state(f), hands.in[f], hands.out[f]);
-            else
-                finger_[f].take(hands.in[f], hands.out[f]);
+            touched_.tool() != nullptr ? finger_[f].take() : finger_[f].take(hands_.in[f], hands_.out[f]);
+        tick_.has_limit = std::any_of(finger_.begin(), finger_.end(), [](const auto& one) { return one.has_limit(); });
     }
 
     void check() {
-        std::size_t contacts = 0;
-        for (auto& finger : finger_) {
-            touched_.has_points() ? finger.check_point() : finger.check();
-            contacts += finger.now().contact ? 1 : 0;
-        }
-        verdict_.contact_ticks += contacts > 0 ? 1 : 0;
-        verdict_.both_ticks += contacts > 1 ? 1 : 0;
-        if (touched_.has_points())
-            for (const Fault fault : points_.check(finger_, felt_)) finger_[0].fault(fault);
+        for (auto& finger : finger_) finger.check();
+        const auto contacts =
+            std::count_if(finger_.begin(), finger_.end(), [](const auto& finger) { return finger.now().contact; });
+        tick_.verdict.contact_ticks += contacts > 0 ? 1 : 0;
+        tick_.verdict.both_ticks += contacts > 1 ? 1 : 0;
+        if (touched_.has_points()) points_.check(finger_, hands_.tool);
         if (touched_.body != nullptr && !only_fingers_act()) return;
         if (touched_.body != nullptr) check_momentum();
         if (touched_.body != nullptr || touched_.modes != nullptr ||
@@ -788,15 +737,16 @@ private:
             turning += (felt.at_m.norm() + before.centre_m.norm() + arm.norm()) * impulse.norm();
         }
         const double none = kTick_s * kNoForce_n;
-        if (!(linear.norm() <= kImpulse * kFloat * size + none) ||
-            !(angular.norm() <= kImpulse * kFloat * turning + none * touched_.solid.reach_m()))
-            finger_[0].fault(Fault::kMomentum);
+        tick_.expect(linear.norm() <= kImpulse * kFloat * size + none &&
+                         angular.norm() <= kImpulse * kFloat * turning + none * touched_.solid.reach_m(),
+                     Fault::kMomentum);
     }
 
     /// Until a clamp is met: beyond it the force is no gradient. What a contact holds is left out, for not all of it is
     /// given.
     void check_ledger() {
-        if (verdict_.clamped) return;
+        Verdict& verdict = tick_.verdict;
+        if (verdict.clamped) return;
         std::array<Felt, 2> felt;
         for (std::size_t f = 0; f < finger_.size(); ++f) felt[f] = finger_[f].now().felt;
         const double contacts_j =
@@ -808,24 +758,21 @@ private:
                        touched_.law.stiffness_of_two(*touched_.pair, {a.at, b.at});
         }
         ledger_.note(felt.data(), finger_.size(), modes_j(scene_), tick_.before, tick_.after, together);
-        verdict_.most_stored_j = std::max(verdict_.most_stored_j, contacts_j + ledger_.largest_j());
-        verdict_.most_given_j = ledger_.risen_j();
-        if (ledger_.risen_j() > kEnergy * verdict_.most_stored_j + ledger_.rounded_j())
-            finger_[0].fault(Fault::kEnergy);
+        verdict.most_stored_j = std::max(verdict.most_stored_j, contacts_j + ledger_.largest_j());
+        verdict.most_given_j = ledger_.risen_j();
+        tick_.expect(ledger_.risen_j() <= kEnergy * verdict.most_stored_j + ledger_.rounded_j(), Fault::kEnergy);
     }
 
     const Touched& touched_;
     std::string* told_;
     SceneState scene_;
+    SceneTick tick_;
     PointsTrial points_;
-    haptable_tool_output felt_{};
     Rigid rigid_;
     Ledger ledger_;
-    SceneTick tick_;
-    Verdict verdict_;
     Fingers finger_;
+    Hands hands_;
     FingerPositions at_{};
-    bool has_limit_ = false;
 };
 
 // A hand that goes after a body is this far behind, in ticks.

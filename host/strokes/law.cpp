@@ -33,13 +33,6 @@ double power(double x, int n) {
     return product;
 }
 
-Vector3d point_of(const ServoModel& servo, const SurfacePoint& g) {
-    Vector3d at = Vector3d::Zero();
-    for (std::size_t c = 0; c < 3; ++c)
-        at += g.alpha[static_cast<Eigen::Index>(c)] * to_vector(servo.vertex_m[servo.patch[g.patch][c]].data());
-    return at;
-}
-
 /// What controls of a place weigh: corners, then of a mask the edges opposite to them.
 std::array<double, HAPTABLE_PAIR_CONTROLS> weights_of(const haptable_pair_law& law, const SurfacePoint& g) {
     std::array<double, HAPTABLE_PAIR_CONTROLS> weight{};
@@ -54,6 +47,15 @@ std::array<double, HAPTABLE_PAIR_CONTROLS> weights_of(const haptable_pair_law& l
 }
 
 }  // namespace
+
+Vector3d corner_of(const ServoModel& servo, std::size_t patch, std::size_t corner) {
+    return to_vector(servo.vertex_m[servo.patch[patch][corner]].data());
+}
+
+Vector3d point_of(const ServoModel& servo, const SurfacePoint& g) {
+    return g.alpha[0] * corner_of(servo, g.patch, 0) + g.alpha[1] * corner_of(servo, g.patch, 1) +
+           g.alpha[2] * corner_of(servo, g.patch, 2);
+}
 
 Law::Law(const Tables& tables, const ServoModel& servo)
     : servo_(servo),
@@ -73,16 +75,11 @@ Law::Law(const Tables& tables, const ServoModel& servo)
         auto& pairs = pair_.emplace_back();
         for (std::size_t a = 0; a < 3; ++a)
             for (std::size_t b = 0; b < 3; ++b) {
-                const std::int32_t node_a = servo.node[v[a]], node_b = servo.node[v[b]];
                 Block& pair = pairs[3 * a + b];
                 if (v[a] >= servo.free_count || v[b] >= servo.free_count)
                     pair.setZero();
-                else if (a == b)
-                    pair = vertex_compliance(tables, v[a]);
-                else if (node_a < node_b)
-                    pair = edge_compliance(tables, node_a, node_b, 0);
                 else
-                    pair = edge_compliance(tables, node_b, node_a, 0).transpose();
+                    pair = a == b ? vertex_compliance(tables, v[a]) : edge_compliance(tables, v[a], v[b], 0);
             }
     }
 }
@@ -97,10 +94,12 @@ Matrix3d Law::vertex_compliance(const Tables& tables, std::uint16_t vertex) cons
     return matrix_of(tables.stiffness[vertex]).inverse();
 }
 
-/// That far from the node with the lower number.
-Matrix3d Law::edge_compliance(const Tables& tables, std::int32_t low, std::int32_t high, int from_low) const {
+/// Rows are a's; that far from a. The tables begin at the node with the lower number.
+Matrix3d Law::edge_compliance(const Tables& tables, std::size_t a, std::size_t b, int from_a) const {
+    const std::int32_t node_a = servo_.node[a], node_b = servo_.node[b];
+    if (node_b < node_a) return edge_compliance(tables, b, a, degree_ - 2 - from_a).transpose();
     const auto per_edge = static_cast<std::size_t>(degree_ - 1);
-    return matrix_of(tables.compliance.edge[edge_.at({low, high}) * per_edge + static_cast<std::size_t>(from_low)]);
+    return matrix_of(tables.compliance.edge[edge_.at({node_a, node_b}) * per_edge + static_cast<std::size_t>(from_a)]);
 }
 
 /// S_a of a corner, rigid where fixed; or B_ijk as docs/SPEC.md has them: of vertices, of edges, and within patches.
@@ -113,9 +112,7 @@ Matrix3d Law::control(const Tables& tables, std::size_t patch, const std::array<
     if (n[whole] == degree_) return vertex_compliance(tables, v[whole]);
     if (n[none] != 0) return matrix_of(tables.compliance.patch[3 * servo_.leaf_order[patch] + whole]);
     const std::size_t a = (none + 1) % 3, b = (none + 2) % 3;
-    const std::int32_t node_a = servo_.node[v[a]], node_b = servo_.node[v[b]];
-    return edge_compliance(tables, std::min(node_a, node_b), std::max(node_a, node_b),
-                           (node_a < node_b ? n[b] : n[a]) - 1);
+    return edge_compliance(tables, v[a], v[b], n[b] - 1);
 }
 
 Matrix3d Law::polynomial(const SurfacePoint& g) const {
@@ -187,18 +184,20 @@ Eigen::Matrix<double, 6, 6> Law::stiffness_of_two(const haptable_pair_model& pai
     return both.inverse();
 }
 
-Vector3d Law::nodal_force(const SurfacePoint& g, const Matrix3d& s, const Vector3d& u, int c) const {
-    if (degree_ == 1) return g.alpha[c] * (control_[3 * g.patch + static_cast<std::size_t>(c)] * u);
-    return g.alpha[c] * (s * u);
+Matrix3d Law::nodal_forces(const SurfacePoint& g, const Matrix3d& s, const Vector3d& u) const {
+    Matrix3d forces = s * u * g.alpha.transpose();
+    for (std::size_t c = 0; degree_ == 1 && c < 3; ++c)
+        forces.col(static_cast<int>(c)) = g.alpha[static_cast<int>(c)] * (control_[3 * g.patch + c] * u);
+    return forces;
 }
 
 bool Law::draws(const SurfacePoint& g) const { return degree_ == 2 && lift(g, polynomial(g)) == 0.0; }
 
-Vector3d Law::drawn(const SurfacePoint& g, const std::array<Vector3d, 3>& nodal_n) const {
+Vector3d Law::drawn(const SurfacePoint& g, const Matrix3d& nodal_n) const {
     Vector3d moved = Vector3d::Zero();
     for (std::size_t a = 0; a < 3; ++a)
         for (std::size_t b = 0; b < 3; ++b)
-            moved += g.alpha[static_cast<Eigen::Index>(a)] * (pair_[g.patch][3 * a + b] * nodal_n[b]);
+            moved += g.alpha[static_cast<int>(a)] * (pair_[g.patch][3 * a + b] * nodal_n.col(static_cast<int>(b)));
     return moved;
 }
 

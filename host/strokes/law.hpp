@@ -18,6 +18,9 @@ struct SurfacePoint {
     Eigen::Vector3d alpha = Eigen::Vector3d::Zero();
 };
 
+Eigen::Vector3d corner_of(const ServoModel& servo, std::size_t patch, std::size_t corner);
+Eigen::Vector3d point_of(const ServoModel& servo, const SurfacePoint& g);
+
 /// The three forces of [contact] (docs/CONTACT.md) as polynomials of alpha on every patch.
 class Law {
 public:
@@ -29,8 +32,8 @@ public:
     Eigen::Matrix3d stiffness(const SurfacePoint& g) const;
     /// How a dent stiffens: Psi.
     const StiffeningCurve& curve() const { return curve_; }
-    /// What dents the linear body by u: the force on corner c, N. s: stiffness(g).
-    Eigen::Vector3d nodal_force(const SurfacePoint& g, const Eigen::Matrix3d& s, const Eigen::Vector3d& u, int c) const;
+    /// What dents the linear body by u: a corner's force a column, N. s: stiffness(g).
+    Eigen::Matrix3d nodal_forces(const SurfacePoint& g, const Eigen::Matrix3d& s, const Eigen::Vector3d& u) const;
     /// C^-1 of two places that are both pressed, C = [C_1 C_12; C_12^T C_2], N/m: C_12 from the pair's tables, less
     /// where they meet or where the two are as good as one (docs/SPEC.md).
     Eigen::Matrix<double, 6, 6> stiffness_of_two(const haptable_pair_model& pair,
@@ -40,13 +43,13 @@ public:
     /// True where the surface drawn with a contact's forces must meet the finger: force = "consistent", not lifted.
     bool draws(const SurfacePoint& g) const;
     /// By how much nodal forces on the patch move the point, m: sum alpha_a L_ab F_b. before: draws(g).
-    Eigen::Vector3d drawn(const SurfacePoint& g, const std::array<Eigen::Vector3d, 3>& nodal_n) const;
+    Eigen::Vector3d drawn(const SurfacePoint& g, const Eigen::Matrix3d& nodal_n) const;
 
 private:
     using Block = Eigen::Matrix3d;
     Block vertex_compliance(const Tables& tables, std::uint16_t vertex) const;
     Block control(const Tables& tables, std::size_t patch, const std::array<int, 3>& exponent) const;
-    Block edge_compliance(const Tables& tables, std::int32_t low, std::int32_t high, int from_low) const;
+    Block edge_compliance(const Tables& tables, std::size_t a, std::size_t b, int from_a) const;
     Block polynomial(const SurfacePoint& g) const;
     Block coupling(const haptable_pair_model& pair, const SurfacePoint& one, const SurfacePoint& other) const;
     double lift(const SurfacePoint& g, const Block& c) const;

@@ -35,8 +35,6 @@ struct Motion {
     Eigen::Vector3d momentum = Eigen::Vector3d::Zero();       ///< kg m/s, world axes
     Eigen::Vector3d spin_momentum = Eigen::Vector3d::Zero();  ///< kg m^2/s about the centre, world axes
     unsigned on_floor = 0;                                    ///< points that the floor carries
-
-    Eigen::Vector3d to_world(const Eigen::Vector3d& along_body) const { return turn * along_body; }
 };
 Motion motion_of(const haptable_body_state& state, const Rigid& rigid);
 
@@ -84,7 +82,6 @@ public:
     double risen_j() const { return risen_j_; }  ///< the most, beyond what a wall makes
     int risen_tick() const { return risen_tick_; }
     double largest_j() const { return largest_j_; }  ///< that there was at once
-    double given_j() const { return given_j_; }
     /// What float forces and places make of the work, J: a rounding of each a tick, all of one sign.
     double rounded_j() const { return rounded_j_; }
 

@@ -11,6 +11,7 @@
 #include <random>
 
 #include "host/link/finger_path.hpp"
+#include "host/strokes/law.hpp"
 #include "host/strokes/motion.hpp"
 
 namespace haptable {
@@ -30,10 +31,6 @@ std::uint64_t mix(std::uint64_t a, std::uint64_t b) {
     z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9U;
     z = (z ^ (z >> 27)) * 0x94d049bb133111ebU;
     return z ^ (z >> 31);
-}
-
-Vector3d corner_of(const ServoModel& servo, std::size_t patch, std::size_t c) {
-    return to_vector(servo.vertex_m[servo.patch[patch][c]].data());
 }
 
 /// Along the normal.
@@ -74,7 +71,6 @@ struct Pen {
     }
     Vector3d along(const Vector3d& normal) { return direction().cross(normal).normalized(); }
 
-    Vector3d corner(std::size_t patch, std::size_t c) const { return corner_of(servo, patch, c); }
     Vector3d normal(std::size_t patch) const { return twice_area(servo, patch).normalized(); }
     /// Everywhere on the surface as often as on any patch, however small.
     std::size_t any_patch() {
@@ -88,7 +84,7 @@ struct Pen {
         if (below(4) == 0) alpha[static_cast<Eigen::Index>(below(3))] = 0.0;
         if (below(16) == 0) alpha = Vector3d::Unit(static_cast<Eigen::Index>(below(3)));
         alpha /= alpha.sum();
-        return alpha[0] * corner(patch, 0) + alpha[1] * corner(patch, 1) + alpha[2] * corner(patch, 2);
+        return point_of(servo, {patch, alpha});
     }
     std::size_t any_neighbour(std::size_t patch) {
         const std::uint16_t next = servo.neighbour[patch][below(3)];
@@ -153,8 +149,9 @@ void cross_edge(Pen& pen) {
         const std::size_t p = pen.any_patch(), k = pen.below(3);
         if (pen.sharpness(p, k) > pen.sharpness(patch, c)) patch = p, c = k;
     }
-    const Vector3d a = pen.corner(patch, (c + 1) % 3), b = pen.corner(patch, (c + 2) % 3), n = pen.normal(patch);
-    const Vector3d middle = a + pen.between(0.0, 1.0) * (b - a), across = (b - a).cross(n).normalized();
+    const Vector3d a = corner_of(pen.servo, patch, (c + 1) % 3), b = corner_of(pen.servo, patch, (c + 2) % 3);
+    const Vector3d n = pen.normal(patch), across = (b - a).cross(n).normalized();
+    const Vector3d middle = a + pen.between(0.0, 1.0) * (b - a);
     const double depth = pen.depth(), reach = pen.size_m * pen.scale(0.005, 0.1);
     pen.put(middle - 0.5 * reach * across + 2.0 * depth * n);
     pen.reach(middle - 0.5 * reach * across - depth * n, pen.speed());
