@@ -2,6 +2,7 @@
 #include "host/strokes/tally.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "host/base/error.hpp"
@@ -14,26 +15,28 @@ namespace {
 
 constexpr std::size_t kLongBehind = 20;  // ticks
 
-/// The counts by the names that they have in a file.
+/// The numbers by the names that they have in a file, and how two of them become one.
 template <typename Visit>
-void for_each_count(const Visit& visit) {
-    visit("strokes", &Tally::strokes);
-    visit("ticks", &Tally::ticks);
-    visit("contact_ticks", &Tally::contact_ticks);
-    visit("both_ticks", &Tally::both_ticks);
-    visit("limits", &Tally::limits);
-    visit("clamped_strokes", &Tally::clamped);
-    visit("behind_strokes", &Tally::behind);
-    visit("long_behind_strokes", &Tally::long_behind);
-    visit("passed_motions", &Tally::passed);
+void for_each_number(const Visit& visit) {
+    const std::plus<> sum;
+    const auto most = [](double a, double b) { return std::max(a, b); };
+    visit("strokes", &Tally::strokes, sum);
+    visit("ticks", &Tally::ticks, sum);
+    visit("contact_ticks", &Tally::contact_ticks, sum);
+    visit("both_ticks", &Tally::both_ticks, sum);
+    visit("limits", &Tally::limits, sum);
+    visit("clamped_strokes", &Tally::clamped, sum);
+    visit("behind_strokes", &Tally::behind, sum);
+    visit("long_behind_strokes", &Tally::long_behind, sum);
+    visit("passed_motions", &Tally::passed, sum);
+    visit("most_given", &Tally::most_given, most);
+    visit("most_area", &Tally::most_area, most);
+    visit("cpu_s", &Tally::cpu_s, sum);
 }
 
 Tally tally_of(const nlohmann::ordered_json& json) {
     Tally tally;
-    for_each_count([&](const char* name, std::size_t Tally::*count) { json.at(name).get_to(tally.*count); });
-    json.at("most_given").get_to(tally.most_given);
-    json.at("most_area").get_to(tally.most_area);
-    json.at("cpu_s").get_to(tally.cpu_s);
+    for_each_number([&](const char* name, auto number, const auto&) { json.at(name).get_to(tally.*number); });
     for (std::size_t f = 0; f < kFaults; ++f) json.at("faults").at(std::string(kFaultNames[f])).get_to(tally.faulty[f]);
     for (const nlohmann::ordered_json& one : json.at("broken")) {
         Broken& broken = tally.broken.emplace_back();
@@ -63,11 +66,9 @@ void Tally::add(std::uint64_t number, const Stroke& stroke, const Verdict& verdi
 }
 
 void Tally::add(const Tally& other) {
-    for_each_count([&](const char*, std::size_t Tally::*count) { this->*count += other.*count; });
+    for_each_number(
+        [&](const char*, auto number, const auto& join) { this->*number = join(this->*number, other.*number); });
     for (std::size_t f = 0; f < kFaults; ++f) faulty[f] += other.faulty[f];
-    most_given = std::max(most_given, other.most_given);
-    most_area = std::max(most_area, other.most_area);
-    cpu_s += other.cpu_s;
     broken.insert(broken.end(), other.broken.begin(), other.broken.end());
 }
 
@@ -79,10 +80,7 @@ Tally sum_of(const std::vector<Tally>& tallies) {
 
 nlohmann::ordered_json to_json(const Tally& tally) {
     nlohmann::ordered_json json;
-    for_each_count([&](const char* name, std::size_t Tally::*count) { json[name] = tally.*count; });
-    json["most_given"] = tally.most_given;
-    json["most_area"] = tally.most_area;
-    json["cpu_s"] = tally.cpu_s;
+    for_each_number([&](const char* name, auto number, const auto&) { json[name] = tally.*number; });
     for (std::size_t f = 0; f < kFaults; ++f) json["faults"][std::string(kFaultNames[f])] = tally.faulty[f];
     json["broken"] = nlohmann::ordered_json::array();
     for (const Broken& broken : tally.broken)
