@@ -22,18 +22,17 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kChunk = 64;
 
-/// Of each word the mode with this name, or all modes whose names contain it.
-std::vector<TouchMode> modes_of(const CampaignOptions& options) {
-    std::vector<TouchMode> modes = all_modes();
-    const auto is_meant = [all = modes](const TouchMode& mode, const std::string& word) {
-        const bool is_whole = std::any_of(all.begin(), all.end(), [&](const auto& one) { return one.name() == word; });
+/// Of each word the mode with this name, or all modes whose names contain it; all without words.
+std::vector<TouchMode> modes_of(const std::vector<std::string>& words) {
+    const std::vector<TouchMode> all = all_modes();
+    const auto is_meant = [&](const TouchMode& mode, const std::string& word) {
+        const bool is_whole = std::ranges::count(all, word, &TouchMode::name) > 0;
         return is_whole ? mode.name() == word : mode.name().find(word) != std::string::npos;
     };
-    if (!options.modes.empty())
-        std::erase_if(modes, [&](const TouchMode& mode) {
-            return std::none_of(options.modes.begin(), options.modes.end(),
-                                [&](const std::string& word) { return is_meant(mode, word); });
-        });
+    std::vector<TouchMode> modes;
+    std::ranges::copy_if(all, std::back_inserter(modes), [&](const TouchMode& mode) {
+        return words.empty() || std::ranges::any_of(words, [&](const auto& word) { return is_meant(mode, word); });
+    });
     if (modes.empty())
         throw Error(
             "--mode: no mode has that in its name; they are interpolated-nearest, "
@@ -62,7 +61,7 @@ public:
 
     CampaignResult run() {
         result_.seed = options_.seed;
-        result_.modes = modes_of(options_);
+        result_.modes = modes_of(options_.modes);
         progress_.stage("reading meshes");
         const StrokedMeshes meshes =
             collect_meshes(options_.places, options_.meshes, options_.most_nodes, options_.folder / "meshes");
@@ -175,20 +174,19 @@ private:
         done_ += each_;
         for (std::size_t f = 0; f < kFaults; ++f) {
             std::size_t left = options_.examples;
-            for (const Broken& broken : tally.broken)
-                if (broken.verdict.tick[f] >= 0 && left > 0) {
-                    --left;
-                    const Touched touched = model.touched().of_stroke(broken.number);
-                    Scene own = scene;
-                    own.contact.fingers = touched.fingers();
-                    if (mode.tool) {
-                        const ToolTables& tool = tools[broken.number % tools.size()];
-                        own.tool = Tool{tool.point_m, {}, tool.max_torque_n_m};
-                    }
-                    write_example(static_cast<Fault>(f), touched, own, make_stroke(touched, maker, seed, broken.number),
-                                  fmt::format("{}-{}-{}-{}", mesh.name, mode.name(), options_.seed, broken.number),
-                                  mode.tool ? kToolHand : touched.fingers());
+            for (const Broken& broken : tally.broken) {
+                if (broken.verdict.tick[f] < 0 || left == 0) continue;
+                --left;
+                const Touched touched = model.touched().of_stroke(broken.number);
+                Scene own = scene;
+                own.contact.fingers = touched.fingers();
+                if (mode.tool) {
+                    const ToolTables& tool = tools[broken.number % tools.size()];
+                    own.tool = Tool{tool.point_m, {}, tool.max_torque_n_m};
                 }
+                write_example(static_cast<Fault>(f), touched, own, make_stroke(touched, maker, seed, broken.number),
+                              fmt::format("{}-{}-{}-{}", mesh.name, mode.name(), options_.seed, broken.number));
+            }
         }
         write_tally(counts_file(mesh, mode), key_of(mesh, mode), tally);
         return tally;
@@ -196,12 +194,12 @@ private:
 
     /// A stroke with that fault, shrunk, beside its scene.
     void write_example(Fault fault, const Touched& touched, const Scene& scene, const Stroke& stroke,
-                       const std::string& name, int fingers) {
+                       const std::string& name) {
         const Stroke least = shrink(touched, stroke, fault);
         const fs::path folder = options_.folder / "faults" / fmt::format("{}-{}", name_of(fault), name);
         fs::create_directories(folder);
         write_file(folder / "scene.toml", to_toml(scene));
-        write_file(folder / "stroke.csv", to_csv(least, fingers));
+        write_file(folder / "stroke.csv", to_csv(least, touched.tool() != nullptr ? kToolHand : touched.fingers()));
         told_(fmt::format("{}: {} ticks, {} at the last", folder.string(), least.size(), name_of(fault)));
     }
 

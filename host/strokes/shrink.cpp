@@ -24,11 +24,10 @@ bool is_slow(const Stroke& stroke, const std::array<double, HAPTABLE_HANDS>& mos
     return !stroke.empty() && std::equal(longest.begin(), longest.end(), most.begin(), std::less_equal());
 }
 
-Stroke without(const Stroke& stroke, std::size_t begin, std::size_t count) {
-    Stroke rest = stroke;
-    const auto first = rest.begin() + static_cast<std::ptrdiff_t>(begin);
-    rest.erase(first, first + static_cast<std::ptrdiff_t>(std::min(count, rest.size() - begin)));
-    return rest;
+Stroke without(Stroke stroke, std::size_t begin, std::size_t count) {
+    const auto first = stroke.begin() + static_cast<std::ptrdiff_t>(begin);
+    stroke.erase(first, first + static_cast<std::ptrdiff_t>(std::min(count, stroke.size() - begin)));
+    return stroke;
 }
 
 }  // namespace
