@@ -792,8 +792,7 @@ Stroke make_stroke(const Touched& touched, const StrokeMaker& maker, std::uint64
     Hands hands;
     for (std::size_t i = 0; i < stroke.size(); ++i) {
         for (std::size_t f = 0; f < scene.fingers(); ++f) {
-            const Eigen::Vector3f at =
-                (turn * (to_vector(stroke[i][f].data()) - rigid.centre_m) + centre).cast<float>();
+            const Vector3d at = turn * (to_vector(stroke[i][f].data()) - rigid.centre_m) + centre;
             std::copy_n(at.data(), 3, stroke[i][f].begin());
         }
         hands.step(touched, scene, stroke[i], i);

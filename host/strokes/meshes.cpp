@@ -36,8 +36,8 @@ constexpr double kMaskEdges = 2.0;  // docs/CONTACT.md: keep the radius at two e
 bool is_scene(const fs::path& file) { return file.extension() == ".toml"; }
 
 /// Not what only goes with a mesh: TetGen's .ele, strokes, pages.
-bool may_be_mesh(const fs::path& file) {
-    static const std::set<std::string> others{".toml", ".ele", ".csv", ".md", ".fixed", ".txt", ".json"};
+bool may_be_body(const fs::path& file) {
+    static const std::set<std::string> others{".ele", ".csv", ".md", ".fixed", ".txt", ".json"};
     return !others.contains(file.extension().string());
 }
 
@@ -45,16 +45,11 @@ bool may_be_mesh(const fs::path& file) {
 std::vector<fs::path> files_of(const fs::path& place) {
     if (!fs::exists(place)) throw Error(place.string() + ": no such file or folder; give scenes, meshes or folders");
     if (!fs::is_directory(place)) return {place};
-    std::vector<fs::path> scenes, meshes;
-    for (const fs::directory_entry& entry : fs::directory_iterator(place)) {
-        if (!entry.is_regular_file()) continue;
-        if (is_scene(entry.path())) scenes.push_back(entry.path());
-        if (may_be_mesh(entry.path())) meshes.push_back(entry.path());
-    }
-    std::sort(scenes.begin(), scenes.end());
-    std::sort(meshes.begin(), meshes.end());
-    scenes.insert(scenes.end(), meshes.begin(), meshes.end());
-    return scenes;
+    std::vector<fs::path> files;
+    for (const fs::directory_entry& entry : fs::directory_iterator(place))
+        if (entry.is_regular_file() && may_be_body(entry.path())) files.push_back(entry.path());
+    std::ranges::sort(files, {}, [](const fs::path& file) { return std::pair(!is_scene(file), file); });
+    return files;
 }
 
 /// A closed surface filled, with shorter edges where its creases are nearer to each other than these.
@@ -134,7 +129,8 @@ double mean_edge_m(const Body& body) {
 }
 
 /// Throws Error where the body does not pass.
-StrokedMesh stroked_mesh(Scene scene, std::size_t most_nodes, const fs::path& folder) {
+StrokedMesh stroked_mesh(const std::string& name, const std::string& identity, Scene scene, std::size_t most_nodes,
+                         const fs::path& folder) {
     const fs::path file = scene.file;
     TetMesh mesh = read_body(scene, folder);
     scene.contact = {};
@@ -148,15 +144,15 @@ StrokedMesh stroked_mesh(Scene scene, std::size_t most_nodes, const fs::path& fo
     const std::vector<std::int32_t> loose = find_under_constrained(body);
     if (!loose.empty()) throw Error(fmt::format("{}: {}", file.string(), describe_under_constrained(loose, body)));
     scene.contact.mask_radius_m = kMaskEdges * mean_edge_m(body);
-    const std::vector<std::size_t> part = number_bodies(body.mesh);
-    StrokedMesh stroked;
-    stroked.parts = part.empty() ? 0 : 1 + *std::max_element(part.begin(), part.end());
-    stroked.filled = !is_scene(file) && scene.mesh.file != file;
-    stroked.nodes = body.mesh.position_m.size();
-    stroked.patches = body.touch_patch.size();
-    stroked.hinges = audit.hinge_edges + audit.hinge_nodes;
-    stroked.scene = std::move(scene);
-    return stroked;
+    const bool is_filled = !is_scene(file) && scene.mesh.file != file;
+    return {name,
+            identity,
+            std::move(scene),
+            is_filled,
+            body.mesh.position_m.size(),
+            body.touch_patch.size(),
+            audit.hinge_edges + audit.hinge_nodes,
+            audit.bodies};
 }
 
 /// What tells a mesh from another: its bytes, or how it is generated.
@@ -167,11 +163,6 @@ std::string identity_of(const MeshSource& source) {
     else
         for (const fs::path& part : mesh_files(source.file)) hash.add(hash_file(part));
     return hash.text();
-}
-
-bool is_wanted(const std::string& name, const std::vector<std::string>& only) {
-    return only.empty() || std::any_of(only.begin(), only.end(),
-                                       [&](const std::string& part) { return name.find(part) != std::string::npos; });
 }
 
 /// A value as TOML has it.
@@ -203,17 +194,15 @@ StrokedMeshes collect_meshes(const std::vector<fs::path>& places, const std::vec
                     scene.file = scene.mesh.file = file;
                 if (scene.mesh.generate.empty()) scene.name = scene.mesh.file.stem();
                 const std::string name = scene.name;
-                if (!is_wanted(name, only)) continue;
+                const auto is_in_name = [&](const std::string& part) { return name.find(part) != std::string::npos; };
+                if (!only.empty() && std::ranges::none_of(only, is_in_name)) continue;
                 const std::string identity = identity_of(scene.mesh);
                 const auto [first, is_new] = seen.try_emplace(identity, name);
-                if (is_new) {
-                    meshes.taken.push_back(stroked_mesh(std::move(scene), most_nodes, folder));
-                    meshes.taken.back().name = name;
-                    meshes.taken.back().identity = identity;
-                } else if (first->second != name) {  // else a scene and its mesh, or a copy
-                    const std::string why = fmt::format("{}: the same mesh as {}", file.string(), first->second);
-                    meshes.left_out.push_back({name, why});
-                }
+                if (is_new)
+                    meshes.taken.push_back(stroked_mesh(name, identity, std::move(scene), most_nodes, folder));
+                else if (first->second != name)  // else a scene and its mesh, or a copy
+                    meshes.left_out.push_back(
+                        {name, fmt::format("{}: the same mesh as {}", file.string(), first->second)});
             } catch (const Error& error) {
                 meshes.left_out.push_back({file.stem(), error.what()});
             }

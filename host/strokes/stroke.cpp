@@ -98,7 +98,7 @@ struct Pen {
 
     void put(const Vector3d& x) {
         at = x;
-        path.push_back({static_cast<float>(x.x()), static_cast<float>(x.y()), static_cast<float>(x.z())});
+        std::copy_n(x.data(), 3, path.emplace_back().begin());
     }
     /// Straight towards `to`, evenly; a slow one does not get there.
     void line(const Vector3d& to, double speed_m_s) {
@@ -306,12 +306,10 @@ std::string to_csv(const Stroke& stroke, int fingers) {
 
 Stroke read_stroke(const std::filesystem::path& file) {
     Stroke stroke;
-    const auto rounded = [](const std::array<double, 3>& x) {
-        return std::array{static_cast<float>(x[0]), static_cast<float>(x[1]), static_cast<float>(x[2])};
-    };
     for (const FingerTick& tick : read_finger_ticks(file, Positions::any)) {
         FingerPositions& x = stroke.emplace_back();
-        for (std::size_t f = 0; f < std::min(tick.fingers(), x.size()); ++f) x[f] = rounded(tick.finger(f).position_m);
+        for (std::size_t f = 0; f < std::min(tick.fingers(), x.size()); ++f)
+            std::copy_n(tick.finger(f).position_m.begin(), 3, x[f].begin());
         for (std::size_t c = 0; tick.turn && c < 3; ++c)
             x[1][c] = static_cast<float>(std::copysign(1.0, (*tick.turn)[0]) * (*tick.turn)[1 + c]);
     }

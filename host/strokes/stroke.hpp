@@ -33,10 +33,9 @@ class StrokeMaker {
 public:
     explicit StrokeMaker(const ServoModel& servo);
 
-    /// One of: in along a normal, slide, out; along the surface at a depth; over a sharp edge or into a crease; a
-    /// closed loop; straight through at 1 to 5 m/s; tremble at the surface; zigzag in and out; one that begins inside.
-    /// Two fingers have the paths of the numbers 2 n and 2 n + 1, more those of 8 n and on; one that is done waits. In
-    /// one of two strokes three fingers and more go together, beside the first.
+    /// One of the kinds that docs/STROKES.md tells. Two fingers have the paths of the numbers 2 n and 2 n + 1, more
+    /// those of 8 n and on; one that is done waits. In one of two strokes three fingers and more go together, beside
+    /// the first.
     Stroke make(std::uint64_t seed, std::uint64_t number, int fingers) const;
     /// A tool, whose handle goes as one finger does, rolls, tilts and spins.
     Stroke make_poses(std::uint64_t seed, std::uint64_t number) const;

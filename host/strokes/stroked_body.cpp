@@ -134,24 +134,21 @@ std::vector<ToolTables> StrokedBody::random_tools(const Scene& scene) const {
     std::vector<ToolTables> tools;
     for (std::size_t count = kFewestPoints; count <= kMost; ++count) {
         const double radius_m = between(0.25 * kLargest, kLargest) * size_m;
-        Tool tool;
-        if (count % 3 == 0) {
-            for (std::size_t i = 0; i < count; ++i)
-                tool.point_m.push_back(
-                    {between(-radius_m, radius_m), between(-radius_m, radius_m), between(-radius_m, radius_m)});
-        } else {
-            ToolShape shape;
-            shape.kind = count % 3 == 1 ? ToolShape::Kind::kDisc : ToolShape::Kind::kSphere;
-            shape.points = static_cast<int>(count);
-            shape.radius_m = radius_m;
-            shape.angle_deg = 90.0;
-            tool.shape = shape;
-        }
         Scene with;
         with.device = scene.device;
-        with.tool = tool;
+        Tool& tool = with.tool.emplace();
+        if (count % 3 != 0)
+            tool.shape = ToolShape{.kind = count % 3 == 1 ? ToolShape::Kind::kDisc : ToolShape::Kind::kSphere,
+                                   .points = static_cast<int>(count),
+                                   .radius_m = radius_m,
+                                   .angle_deg = 90.0};
+        else
+            std::generate_n(std::back_inserter(tool.point_m), count, [&] {
+                return std::array{between(-radius_m, radius_m), between(-radius_m, radius_m),
+                                  between(-radius_m, radius_m)};
+            });
         complete_tool(with);
-        tools.push_back({with.tool->point_m, with.tool->max_torque_n_m, 0.0, 0.0, 0.0, {}});
+        tools.push_back({tool.point_m, tool.max_torque_n_m, 0.0, 0.0, 0.0, {}});
     }
     return tools;
 }
