@@ -182,8 +182,10 @@ public:
 
     const Tick& now() const { return now_; }
     Vector3d motion_m() const { return now_.x - last_.x; }
-    bool begins() const { return now_.contact && now_.counters.contacts != last_.counters.contacts; }
-    bool only_touches() const { return now_.contact && !now_.presses; }
+    /// One that touches and does not press may have begun within the tick.
+    bool may_begin() const {
+        return now_.contact && (!now_.presses || now_.counters.contacts != last_.counters.contacts);
+    }
     bool fades() const { return servo_.fade_ticks != 0; }
     double rounding_m() const { return rounding_m_; }
     bool has_limit() const { return now_.has_limit || last_.has_limit; }
@@ -516,118 +518,43 @@ private:
 
 using Fingers = std::deque<FingerTrial>;
 
-/// All points: C_TT f_T = u_T, in double; of a tool F = -sum f_i and M = -sum r_i x f_i.
-class PointsTrial {
-public:
-    PointsTrial(const Touched& touched, SceneTick& tick) : touched_(touched), tick_(tick) {}
+/// The points that press in a tick, T: C_TT f_T = u_T, in double.
+struct Pressing {
+    std::vector<std::size_t> in;  ///< [n] points
+    Eigen::VectorXd u_m, f_n;     ///< [3 n] dents and loads
+    Eigen::MatrixXd c;            ///< [3 n, 3 n]
+    double rounding_m = 0.0;
 
-    void begin() {
-        last_ = System();
-        unfelt_ticks_ = 0;
-        account_.begin();
+    Pressing() = default;
+    Pressing(const Fingers& point, const Touched& touched) {
+        std::vector<SurfacePoint> at;
+        for (std::size_t i = 0; i < point.size(); ++i)
+            if (point[i].now().presses) in.push_back(i), at.push_back(point[i].now().at);
+        u_m = of_each(point, [](const auto& one) { return one.now().loaded_u(); });
+        f_n = of_each(point, [](const auto& one) { return one.now().load_n; });
+        for (const std::size_t i : in) rounding_m = std::max(rounding_m, point[i].rounding_m());
+        if (!in.empty()) c = touched.law.compliance(touched.coupling(), at);
     }
-
-    /// out: what the hand of a tool was given.
-    void check(const Fingers& point, const haptable_tool_output& out) {
-        System now(point, touched_);
-        tick_.expect(now.is_law(), Fault::kLaw);
-        if (touched_.tool() != nullptr) tick_.expect(is_wrench(point, now, out), Fault::kForce);
-        if (touched_.model.energy != nullptr && !tick_.verdict.clamped) check_energy(point, now);
-        tick_.expect(!is_unfelt(point, now.in.empty()), Fault::kLost);
-        last_ = std::move(now);
+    /// One below the other.
+    template <typename Value>
+    Eigen::VectorXd of_each(const Fingers& point, const Value& value) const {
+        Eigen::VectorXd all(3 * static_cast<Eigen::Index>(in.size()));
+        for (Eigen::Index k = 0; 3 * k < all.size(); ++k)
+            all.segment<3>(3 * k) = value(point[in[static_cast<std::size_t>(k)]]);
+        return all;
     }
-
-private:
-    /// None presses, and has not for twice as many ticks as the servo waits, though one is deep inside.
-    bool is_unfelt(const Fingers& point, bool none_presses) {
-        constexpr double kFelt = 0.01;  // of the body's size
-        constexpr int kTicks = 2 * HAPTABLE_POINTS_UNFELT;
-        const bool is_deep = std::any_of(point.begin(), point.end(), [&](const FingerTrial& one) {
-            return one.now().contact && one.now().dent().dot(one.now().normal) < -kFelt * touched_.solid.size_m();
-        });
-        unfelt_ticks_ = is_deep && none_presses ? unfelt_ticks_ + 1 : 0;
-        return unfelt_ticks_ >= kTicks;
+    double stored_j() const { return 0.5 * u_m.dot(f_n); }
+    /// The residual, as its size and the rounding of places allow: that does not ask for C's condition.
+    bool is_law() const {
+        if (in.empty()) return true;
+        return (c * f_n - u_m).norm() <=
+               kLaw * (c.norm() * f_n.norm() + u_m.norm()) + std::sqrt(in.size()) * rounding_m;
     }
-
-    /// What presses in a tick, T.
-    struct System {
-        std::vector<std::size_t> in;  ///< [n] points
-        Eigen::VectorXd u_m, f_n;     ///< [3 n] dents and loads
-        Eigen::MatrixXd c;            ///< [3 n, 3 n]
-        double rounding_m = 0.0;
-
-        System() = default;
-        System(const Fingers& point, const Touched& touched) {
-            std::vector<SurfacePoint> at;
-            for (std::size_t i = 0; i < point.size(); ++i)
-                if (point[i].now().presses) in.push_back(i), at.push_back(point[i].now().at);
-            u_m = of_each(point, [](const auto& one) { return one.now().loaded_u(); });
-            f_n = of_each(point, [](const auto& one) { return one.now().load_n; });
-            for (const std::size_t i : in) rounding_m = std::max(rounding_m, point[i].rounding_m());
-            if (!in.empty()) c = touched.law.compliance(touched.coupling(), at);
-        }
-        /// One below the other.
-        template <typename Value>
-        Eigen::VectorXd of_each(const Fingers& point, const Value& value) const {
-            Eigen::VectorXd all(3 * static_cast<Eigen::Index>(in.size()));
-            for (Eigen::Index k = 0; 3 * k < all.size(); ++k)
-                all.segment<3>(3 * k) = value(point[in[static_cast<std::size_t>(k)]]);
-            return all;
-        }
-        double stored_j() const { return 0.5 * u_m.dot(f_n); }
-        /// The residual, as its size and the rounding of places allow: that does not ask for C's condition.
-        bool is_law() const {
-            if (in.empty()) return true;
-            return (c * f_n - u_m).norm() <=
-                   kLaw * (c.norm() * f_n.norm() + u_m.norm()) + std::sqrt(in.size()) * rounding_m;
-        }
-        /// Where the points have gone, the god-objects standing still.
-        double stored_at(const Fingers& point) const {
-            const Eigen::VectorXd u = u_m + of_each(point, [](const auto& one) { return one.motion_m(); });
-            return in.empty() ? 0.0 : 0.5 * u.dot(c.ldlt().solve(u));
-        }
-    };
-
-    /// The wrench is that of the loads, within its limits; one whose points fade has less.
-    bool is_wrench(const Fingers& point, const System& now, const haptable_tool_output& out) {
-        const double most_n = static_cast<double>(touched_.model.max_force_n);
-        const double most_n_m = static_cast<double>(touched_.tool()->max_torque_n_m);
-        const Vector3d handle = to_vector(out.position_m);
-        const Vector3d force = to_vector(out.hand.force_n), torque = to_vector(out.torque_n_m);
-        Vector3d f = Vector3d::Zero(), m = f;
-        double size = 0.0, arm = handle.norm();
-        for (std::size_t i : now.in) {
-            if (point[i].fades())
-                return force.norm() <= most_n * (1.0 + kLaw) && torque.norm() <= most_n_m * (1.0 + kLaw);
-            const Vector3d load = point[i].now().load_n, r = point[i].now().x - handle;
-            f -= load;
-            m -= r.cross(load);
-            size += load.norm();
-            arm = std::max(arm, r.norm());
-        }
-        tick_.verdict.clamped |= f.norm() > most_n || m.norm() > most_n_m;
-        return (force - cut(f, most_n)).norm() <= kLaw * size &&
-               (torque - cut(m, most_n_m)).norm() <= kLaw * arm * size;
+    /// Where the points have gone, the god-objects standing still.
+    double stored_at(const Fingers& point) const {
+        const Eigen::VectorXd u = u_m + of_each(point, [](const auto& one) { return one.motion_m(); });
+        return in.empty() ? 0.0 : 0.5 * u.dot(c.ldlt().solve(u));
     }
-
-    /// As of one finger: on the springs of the last tick. What begins to press the hand has pressed.
-    void check_energy(const Fingers& point, const System& now) {
-        const double moved_j = last_.stored_at(point);
-        // One that touches and does not press may have done so within the tick.
-        const bool begins =
-            !std::includes(last_.in.begin(), last_.in.end(), now.in.begin(), now.in.end()) ||
-            std::any_of(point.begin(), point.end(), [](const auto& one) { return one.begins() || one.only_touches(); });
-        const double pressed_j = begins ? std::max(0.0, now.stored_j() - moved_j) : 0.0;
-        tick_.expect(account_.note(last_.stored_j() - moved_j - pressed_j, now.stored_j(),
-                                   now.f_n.norm() * now.rounding_m, tick_.verdict),
-                     Fault::kEnergy);
-    }
-
-    const Touched& touched_;
-    SceneTick& tick_;
-    int unfelt_ticks_ = 0;
-    System last_;
-    Account account_;
 };
 
 /// What hands do in a tick, and are given.
@@ -656,7 +583,6 @@ public:
         : touched_(touched),
           told_(told),
           scene_(touched.model, touched.pair, touched.body, touched.modes, touched.tool()),
-          points_(touched, tick_),
           rigid_(touched.body != nullptr ? rigid_of(*touched.body) : Rigid()),
           ledger_(
               touched.servo.stiffness.felt_n_per_m, touched.body != nullptr ? &rigid_ : nullptr,
@@ -667,8 +593,8 @@ public:
     Verdict run(const Stroke& stroke) {
         for (const FingerPositions& at : stroke) {
             step(at);
-            const bool is_sound = std::all_of(finger_.begin(), finger_.end(),
-                                              [](const auto& finger) { return finger.now().felt.at_m.allFinite(); });
+            const bool is_sound =
+                std::ranges::all_of(finger_, [](const auto& finger) { return finger.now().felt.at_m.allFinite(); });
             is_sound ? check() : begin();
             for (auto& finger : finger_)
                 if (told_ != nullptr && is_sound) *told_ += finger.describe(ledger_.risen_j());
@@ -690,16 +616,15 @@ private:
         if (touched_.body != nullptr) tick_.after = motion_of(*scene_.body(), rigid_);
         for (std::size_t f = 0; f < finger_.size(); ++f)
             touched_.tool() != nullptr ? finger_[f].take() : finger_[f].take(hands_.in[f], hands_.out[f]);
-        tick_.has_limit = std::any_of(finger_.begin(), finger_.end(), [](const auto& one) { return one.has_limit(); });
+        tick_.has_limit = std::ranges::any_of(finger_, &FingerTrial::has_limit);
     }
 
     void check() {
         for (auto& finger : finger_) finger.check();
-        const auto contacts =
-            std::count_if(finger_.begin(), finger_.end(), [](const auto& finger) { return finger.now().contact; });
+        const auto contacts = std::ranges::count_if(finger_, [](const auto& finger) { return finger.now().contact; });
         tick_.verdict.contact_ticks += contacts > 0 ? 1 : 0;
         tick_.verdict.both_ticks += contacts > 1 ? 1 : 0;
-        if (touched_.has_points()) points_.check(finger_, hands_.tool);
+        if (touched_.has_points()) check_points();
         if (touched_.body != nullptr && !only_fingers_act()) return;
         if (touched_.body != nullptr) check_momentum();
         if (touched_.body != nullptr || touched_.modes != nullptr ||
@@ -709,8 +634,66 @@ private:
 
     void begin() {
         for (auto& finger : finger_) finger.begin();
-        points_.begin();
+        last_ = Pressing();
+        unfelt_ticks_ = 0;
+        account_.begin();
     }
+
+    // ---- all points ----
+
+    void check_points() {
+        Pressing now(finger_, touched_);
+        tick_.expect(now.is_law(), Fault::kLaw);
+        if (touched_.tool() != nullptr) tick_.expect(is_wrench(now), Fault::kForce);
+        if (touched_.model.energy != nullptr && !tick_.verdict.clamped) check_points_energy(now);
+        check_unfelt(now.in.empty());
+        last_ = std::move(now);
+    }
+
+    /// None presses, and has not for twice as many ticks as the servo waits, though one is deep inside.
+    void check_unfelt(bool none_presses) {
+        const bool is_deep = std::ranges::any_of(finger_, [&](const FingerTrial& one) {
+            return one.now().contact && one.now().dent().dot(one.now().normal) < -kDeep * touched_.solid.size_m();
+        });
+        unfelt_ticks_ = is_deep && none_presses ? unfelt_ticks_ + 1 : 0;
+        tick_.expect(unfelt_ticks_ < 2 * HAPTABLE_POINTS_UNFELT, Fault::kLost);
+    }
+
+    /// F = -sum f_i and M = -sum r_i x f_i, within their limits; one whose points fade has less.
+    bool is_wrench(const Pressing& now) {
+        const haptable_tool_output& out = hands_.tool;
+        const double most_n = static_cast<double>(touched_.model.max_force_n);
+        const double most_n_m = static_cast<double>(touched_.tool()->max_torque_n_m);
+        const Vector3d force = to_vector(out.hand.force_n), torque = to_vector(out.torque_n_m);
+        if (std::ranges::any_of(now.in, [&](std::size_t i) { return finger_[i].fades(); }))
+            return force.norm() <= most_n * (1.0 + kLaw) && torque.norm() <= most_n_m * (1.0 + kLaw);
+        const Vector3d handle = to_vector(out.position_m);
+        Vector3d f = Vector3d::Zero(), m = f;
+        double size = 0.0, arm = handle.norm();
+        for (const std::size_t i : now.in) {
+            const Vector3d load = finger_[i].now().load_n, r = finger_[i].now().x - handle;
+            f -= load;
+            m -= r.cross(load);
+            size += load.norm();
+            arm = std::max(arm, r.norm());
+        }
+        tick_.verdict.clamped |= f.norm() > most_n || m.norm() > most_n_m;
+        return (force - cut(f, most_n)).norm() <= kLaw * size &&
+               (torque - cut(m, most_n_m)).norm() <= kLaw * arm * size;
+    }
+
+    /// As of one finger: on the springs of the last tick. What begins to press the hand has pressed.
+    void check_points_energy(const Pressing& now) {
+        const double moved_j = last_.stored_at(finger_);
+        const bool begins =
+            !std::ranges::includes(last_.in, now.in) || std::ranges::any_of(finger_, &FingerTrial::may_begin);
+        const double pressed_j = begins ? std::max(0.0, now.stored_j() - moved_j) : 0.0;
+        tick_.expect(account_.note(last_.stored_j() - moved_j - pressed_j, now.stored_j(),
+                                   now.f_n.norm() * now.rounding_m, tick_.verdict),
+                     Fault::kEnergy);
+    }
+
+    // ---- a body that moves, or two fingers ----
 
     /// No weight, no suspension, no floor.
     bool only_fingers_act() const {
@@ -747,16 +730,14 @@ private:
     void check_ledger() {
         Verdict& verdict = tick_.verdict;
         if (verdict.clamped) return;
-        std::array<Felt, 2> felt;
-        for (std::size_t f = 0; f < finger_.size(); ++f) felt[f] = finger_[f].now().felt;
+        const Tick &a = finger_.front().now(), &b = finger_.back().now();
+        const std::array felt{a.felt, b.felt};
         const double contacts_j =
-            touched_.pair != nullptr ? static_cast<double>(scene_.pair()->energy_j) : finger_[0].now().energy_j();
+            touched_.pair != nullptr ? static_cast<double>(scene_.pair()->energy_j) : a.energy_j();
         Matrix6d together = Matrix6d::Zero();
-        if (finger_.size() == 2 && finger_[0].now().contact && finger_[1].now().contact) {
-            const Tick &a = finger_[0].now(), &b = finger_[1].now();
+        if (finger_.size() == 2 && a.contact && b.contact)
             together = std::max(a.largest_tangent(), b.largest_tangent()) *
                        touched_.law.stiffness_of_two(*touched_.pair, {a.at, b.at});
-        }
         ledger_.note(felt.data(), finger_.size(), modes_j(scene_), tick_.before, tick_.after, together);
         verdict.most_stored_j = std::max(verdict.most_stored_j, contacts_j + ledger_.largest_j());
         verdict.most_given_j = ledger_.risen_j();
@@ -767,11 +748,13 @@ private:
     std::string* told_;
     SceneState scene_;
     SceneTick tick_;
-    PointsTrial points_;
     Rigid rigid_;
     Ledger ledger_;
     Fingers finger_;
     Hands hands_;
+    Pressing last_;    ///< in the last tick
+    Account account_;  ///< of all points
+    int unfelt_ticks_ = 0;
     FingerPositions at_{};
 };
 

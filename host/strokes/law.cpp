@@ -36,12 +36,10 @@ double power(double x, int n) {
 /// What controls of a place weigh: corners, then of a mask the edges opposite to them.
 std::array<double, HAPTABLE_PAIR_CONTROLS> weights_of(const haptable_pair_law& law, const SurfacePoint& g) {
     std::array<double, HAPTABLE_PAIR_CONTROLS> weight{};
+    const auto a = [&](std::size_t k) { return g.alpha[static_cast<int>(k % 3)]; };
     for (std::size_t k = 0; k < 3; ++k) {
-        const double a = g.alpha[static_cast<Eigen::Index>(k)];
-        const double rest = g.alpha[static_cast<Eigen::Index>((k + 1) % 3)];
-        const double last = g.alpha[static_cast<Eigen::Index>((k + 2) % 3)];
-        weight[k] = law.controls == 3 ? a : a * a;
-        if (law.controls == HAPTABLE_PAIR_CONTROLS) weight[3 + k] = 2.0 * rest * last;
+        weight[k] = law.controls == 3 ? a(k) : a(k) * a(k);
+        if (law.controls == HAPTABLE_PAIR_CONTROLS) weight[3 + k] = 2.0 * a(k + 1) * a(k + 2);
     }
     return weight;
 }
@@ -63,24 +61,21 @@ Law::Law(const Tables& tables, const ServoModel& servo)
       rigid_n_per_m_(tables.rigid_stiffness_n_per_m),
       curve_(tables.stiffening) {
     for (int i = degree_; i >= 0; --i)
-        for (int j = degree_ - i; j >= 0; --j) {
-            exponent_.push_back({i, j, degree_ - i - j});
-            multinomial_.push_back(factorial(degree_) / factorial(i) / factorial(j) / factorial(degree_ - i - j));
-        }
+        for (int j = degree_ - i, k = 0; j >= 0; --j, ++k)
+            term_.push_back({{i, j, k}, factorial(degree_) / factorial(i) / factorial(j) / factorial(k)});
     for (const auto& edge : tables.compliance.edge_id) edge_.emplace(edge, edge_.size());
     for (std::size_t p = 0; p < servo.patch.size(); ++p)
-        for (const auto& exponent : exponent_) control_.push_back(symmetric(control(tables, p, exponent)));
+        for (const Term& term : term_) control_.push_back(symmetric(control(tables, p, term.exponent)));
     if (degree_ != 2) return;
     for (const auto& v : servo.patch) {
         auto& pairs = pair_.emplace_back();
         for (std::size_t a = 0; a < 3; ++a)
-            for (std::size_t b = 0; b < 3; ++b) {
-                Block& pair = pairs[3 * a + b];
+            for (std::size_t b = 0; b < 3; ++b)
                 if (v[a] >= servo.free_count || v[b] >= servo.free_count)
-                    pair.setZero();
+                    pairs[3 * a + b].setZero();
                 else
-                    pair = a == b ? vertex_compliance(tables, v[a]) : edge_compliance(tables, v[a], v[b], 0);
-            }
+                    pairs[3 * a + b] =
+                        a == b ? vertex_compliance(tables, v[a]) : edge_compliance(tables, v[a], v[b], 0);
     }
 }
 
@@ -117,11 +112,10 @@ Matrix3d Law::control(const Tables& tables, std::size_t patch, const std::array<
 
 Matrix3d Law::polynomial(const SurfacePoint& g) const {
     Matrix3d sum = Matrix3d::Zero();
-    for (std::size_t n = 0; n < exponent_.size(); ++n) {
-        const auto& e = exponent_[n];
-        const double weight =
-            multinomial_[n] * power(g.alpha[0], e[0]) * power(g.alpha[1], e[1]) * power(g.alpha[2], e[2]);
-        sum += weight * control_[g.patch * exponent_.size() + n];
+    for (std::size_t n = 0; n < term_.size(); ++n) {
+        const auto& [e, multinomial] = term_[n];
+        const double weight = multinomial * power(g.alpha[0], e[0]) * power(g.alpha[1], e[1]) * power(g.alpha[2], e[2]);
+        sum += weight * control_[g.patch * term_.size() + n];
     }
     return sum;
 }

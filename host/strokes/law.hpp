@@ -58,8 +58,11 @@ private:
     int degree_;  ///< 1: S itself; 2, 4: C
     double rigid_n_per_m_;
     StiffeningCurve curve_;
-    std::vector<std::array<int, 3>> exponent_;                 ///< [controls] of alpha
-    std::vector<double> multinomial_;                          ///< [controls]
+    struct Term {
+        std::array<int, 3> exponent;  ///< of alpha
+        double multinomial;
+    };
+    std::vector<Term> term_;                                   ///< [controls]
     std::vector<Block> control_;                               ///< [p controls]
     std::vector<std::array<Block, 9>> pair_;                   ///< [p] L_ab, row by row; consistent only
     std::map<std::array<std::int32_t, 2>, std::size_t> edge_;  ///< places in the tables

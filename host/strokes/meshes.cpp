@@ -86,14 +86,11 @@ void hold_lowest(const TetMesh& mesh, Scene& scene) {
     for (auto& [number, nodes] : parts) {
         Eigen::AlignedBox3d box;
         for (std::size_t i : nodes) box.extend(mesh.position_m[i]);
-        std::vector<double> z;
-        for (std::size_t i : nodes) z.push_back(mesh.position_m[i].z());
-        const auto tenth = static_cast<std::size_t>(kHeldShare * static_cast<double>(z.size()));
-        std::nth_element(z.begin(), z.begin() + static_cast<std::ptrdiff_t>(tenth), z.end());
-        const double e = 1e-9;
-        scene.fixed.push_back({std::array{box.min().x() - e, box.min().y() - e, box.min().z() - e, box.max().x() + e,
-                                          box.max().y() + e, z[tenth] + e},
-                               "", 1});
+        const auto tenth = nodes.begin() + static_cast<std::ptrdiff_t>(kHeldShare * static_cast<double>(nodes.size()));
+        std::ranges::nth_element(nodes, tenth, {}, [&](std::size_t i) { return mesh.position_m[i].z(); });
+        const Vector3d e = Vector3d::Constant(1e-9), low = box.min() - e, high = box.max() + e;
+        const double top = mesh.position_m[*tenth].z() + e.z();
+        scene.fixed.push_back({std::array{low.x(), low.y(), low.z(), high.x(), high.y(), top}, "", 1});
     }
 }
 
@@ -145,14 +142,14 @@ StrokedMesh stroked_mesh(const std::string& name, const std::string& identity, S
     if (!loose.empty()) throw Error(fmt::format("{}: {}", file.string(), describe_under_constrained(loose, body)));
     scene.contact.mask_radius_m = kMaskEdges * mean_edge_m(body);
     const bool is_filled = !is_scene(file) && scene.mesh.file != file;
-    return {name,
-            identity,
-            std::move(scene),
-            is_filled,
-            body.mesh.position_m.size(),
-            body.touch_patch.size(),
-            audit.hinge_edges + audit.hinge_nodes,
-            audit.bodies};
+    return {.name = name,
+            .identity = identity,
+            .scene = std::move(scene),
+            .filled = is_filled,
+            .nodes = body.mesh.position_m.size(),
+            .patches = body.touch_patch.size(),
+            .hinges = audit.hinge_edges + audit.hinge_nodes,
+            .parts = audit.bodies};
 }
 
 /// What tells a mesh from another: its bytes, or how it is generated.
