@@ -136,8 +136,7 @@ public:
           servo_(touched.has_points() ? scene.point_servo(finger) : scene.servo(finger)),
           finger_(finger),
           tick_(tick),
-          where_(touched.solid),
-          size_m_(touched.solid.size_m()) {}
+          where_(touched.solid) {}
     FingerTrial(const FingerTrial&) = delete;
     FingerTrial& operator=(const FingerTrial&) = delete;
 
@@ -207,6 +206,7 @@ private:
     bool moves() const { return touched_.body != nullptr || touched_.modes != nullptr; }
     bool has_hand() const { return touched_.tool() == nullptr; }
     Vector3d change_n() const { return now_.felt.force_n - last_.felt.force_n; }
+    double clear_m() const { return kClear * touched_.solid.size_m(); }
     double most_n() const { return static_cast<double>(model_.max_force_n); }
     haptable_freed* freed() const { return haptable_freed_of(&model_, &servo_); }
 
@@ -274,12 +274,12 @@ private:
             for (const Solid::Entry& one : out)
                 if (from_last(one) > from_last(in)) to_m = std::min(to_m, from_last(one));
             const Vector3d middle = last_.x + 0.5 * (from_last(in) + to_m) * motion_m().normalized();
-            if (solid.holds(middle) && solid.gap_m(middle) > kClear * size_m_) return true;
+            if (solid.holds(middle) && solid.gap_m(middle) > clear_m()) return true;
         }
         return false;
     }
 
-    bool is_clearly_outside() { return !where_.is_inside(now_.x) && where_.is_beyond(now_.x, kClear * size_m_); }
+    bool is_clearly_outside() { return !where_.is_inside(now_.x) && where_.is_beyond(now_.x, clear_m()); }
 
     /// In contact, the finger is outside and sees the god-object, which lies on the surface within the servo's
     /// tolerance. No more of the line to it is left out: a wedge may be thinner.
@@ -305,7 +305,7 @@ private:
 
         since_.came_from_outside |= is_outside || now_.contact;
         count(since_.deep_ticks, !now_.contact && since_.came_from_outside && where_.is_inside(now_.x) &&
-                                     where_.is_beyond(now_.x, kDeep * size_m_));
+                                     where_.is_beyond(now_.x, kDeep * touched_.solid.size_m()));
         tick_.expect(since_.deep_ticks < kDeepTicks, Fault::kLost);
     }
 
@@ -410,9 +410,9 @@ private:
     double work_of_entry() {
         if (!now_.contact || (last_.contact && now_.counters.contacts == last_.counters.contacts)) return 0.0;
         // A motion may begin within the tolerance behind the surface, and go along it there.
-        const Vector3d from = last_.x - kClear * size_m_ * motion_m().normalized();
-        std::vector<Solid::Entry> entries = touched_.solid.entries(from, now_.x, kClear * size_m_);
-        if (entries.empty() && !where_.is_beyond(last_.x, kClear * size_m_))
+        const Vector3d from = last_.x - clear_m() * motion_m().normalized();
+        std::vector<Solid::Entry> entries = touched_.solid.entries(from, now_.x, clear_m());
+        if (entries.empty() && !where_.is_beyond(last_.x, clear_m()))
             entries.push_back(touched_.solid.nearest(last_.x));
         double most = 0.0;
         for (const Solid::Entry& entry : entries)
@@ -502,7 +502,6 @@ private:
     std::size_t finger_;
     SceneTick& tick_;
     Whereabouts where_;
-    double size_m_;
     double rounding_m_ = 0.0;  ///< of a god-object
     Tick last_, now_;
     /// What is remembered of the ticks before.

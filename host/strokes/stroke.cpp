@@ -295,10 +295,9 @@ std::string to_csv(const Stroke& stroke, int fingers) {
     for (int f = 2; f <= fingers; ++f) text += fmt::format(",x{0},y{0},z{0}", f);
     text += "\n";
     for (const FingerPositions& x : stroke) {
-        text += fmt::format("{:.9g}", fmt::join(x[0], ","));
+        for (std::size_t f = 0; f < static_cast<std::size_t>(std::max(1, fingers)); ++f)
+            text += fmt::format("{}{:.9g}", f > 0 ? "," : "", fmt::join(x[f], ","));
         if (fingers == kToolHand) text += fmt::format(",{:.9g}", fmt::join(turn_of(x[1]), ","));
-        for (int f = 1; f < fingers; ++f)
-            text += fmt::format(",{:.9g}", fmt::join(x[static_cast<std::size_t>(f)], ","));
         text += "\n";
     }
     return text;
