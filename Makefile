@@ -618,5 +618,6 @@ include packaging/install.mk
 host/%.cpp: ;
 codegen/%.cpp: ;
 
-# What compilers wrote, but not in the folders that are builds of their own.
--include $(shell find $(BUILD) \( -path $(BUILD)/against -o -path $(BUILD)/sanitize \) -prune -o -name '*.d' -not -name scene.d -print 2>/dev/null)
+# What compilers wrote, but not in the folders that are builds of their own; of one scene's images, their own.
+COMPILED = $(if $(filter scene-images,$(MAKECMDGOALS)),$(addsuffix /firmware/$(TARGET),$(BUILD) $(BUILD)/$(NAME)),$(BUILD))
+-include $(shell find $(COMPILED) \( -path $(BUILD)/against -o -path $(BUILD)/sanitize \) -prune -o -name '*.d' -not -name scene.d -print 2>/dev/null)

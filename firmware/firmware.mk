@@ -8,7 +8,7 @@ override TARGET := $(or $(filter $(TARGETS),$(call plain,TARGET)),$(error TARGET
 # What the part has; by default what a scene takes, as its files say. The linker stops where the image does not fit.
 HAS_TWO = $(wildcard $(BUILD)/$(NAME)/coupling*.npy)
 MOVES = $(wildcard $(BUILD)/$(NAME)/body.json $(BUILD)/$(NAME)/modes.json)
-FLASH ?= $(if $(HAS_TWO),512K,256K)
+FLASH ?= $(or $(and $(filter scene-images,$(MAKECMDGOALS)),$(FLASH_OF_$(NAME))),$(if $(HAS_TWO),512K,256K))
 RAM ?= $(if $(HAS_TWO),32K,16K)
 STACK ?= $(if $(HAS_TWO),12K,$(if $(MOVES),4K,2K))
 TARGET_OPT ?= -O2
@@ -98,7 +98,8 @@ loop: firmware
 IMAGE_SCENES = meshes/cube.toml meshes/mouse.toml meshes/free-cube.toml meshes/cube-two.toml \
     $(addprefix tests/firmware/,display.toml modes.toml grasp.toml squeeze.toml wobble.toml hands.toml tool.toml)
 HOST_SCENES = meshes/cube-hand.toml meshes/liver-spatula.toml
-OF_cube = measure.elf FLASH=64K
+OF_cube = measure.elf
+FLASH_OF_cube = 64K
 OF_display = deform.elf
 .PHONY: images
 images: $(BUILD)/host/target/count.so $(IMAGE_SCENES:%=image-scene/%) $(HOST_SCENES:%=image-scene/%)
@@ -115,8 +116,7 @@ $(TARGETS:%=images-for-%): images-for-%: | $(BUILD)/setup-cross.stamp
 	$(MAKE) --no-print-directory scene-images NAME=$$name SCENE=$$scene TARGET=$* || exit 1; done
 
 .PHONY: scene-images
-scene-images:
-	@$(MAKE) --no-print-directory $(BUILD)/$(NAME)/firmware/$(TARGET)/size.txt $(OF_$(NAME):%.elf=$(BUILD)/$(NAME)/firmware/$(TARGET)/%.elf)
+scene-images: $(addprefix $(BUILD)/$(NAME)/firmware/$(TARGET)/,size.txt $(OF_$(NAME)))
 
 # instructions: count the instructions of a tick on every emulated target
 .PHONY: instructions
@@ -140,7 +140,8 @@ $(IMAGE)/%.o: firmware/%.c $(IMAGE)/options
 
 # What reads no scene's model.h is compiled once for a target; every image has the same files in its folder.
 FOR_EVERY_SCENE = $(BUILD)/firmware/$(TARGET)
-OF_EVERY_SCENE = $(patsubst firmware/%,$(IMAGE)/%.o,$(basename $(wildcard firmware/*.c firmware/port/haptable_*.[cS])))
+OF_EVERY_SCENE = $(SERVO_TARGET) $(PORT_TARGET) $(addprefix $(IMAGE)/port/,$(UART_$(TARGET):.c=.o) \
+    haptable_serial_semihosting.o haptable_scene_reader.o)
 $(FOR_EVERY_SCENE)/%.o: firmware/%.c $(FOR_EVERY_SCENE)/options
 	$(say) $(TARGET) $<
 	@mkdir -p $(@D)
@@ -151,8 +152,14 @@ $(FOR_EVERY_SCENE)/%.o: firmware/%.S $(FOR_EVERY_SCENE)/options
 	@mkdir -p $(@D)
 	$(Q)$(TARGET_CC) $(TARGET_CFLAGS) -c $< -o $@
 
-$(OF_EVERY_SCENE): $(IMAGE)/%.o: $(FOR_EVERY_SCENE)/%.o
-	@mkdir -p $(@D) && for of in o su ci; do [ ! -e $(<:o=)$$of ] || ln -f $(<:o=)$$of $(@:o=)$$of || exit 1; done
+$(OF_EVERY_SCENE): $(IMAGE)/shared ;
+$(IMAGE)/shared: $(OF_EVERY_SCENE:$(IMAGE)/%=$(FOR_EVERY_SCENE)/%)
+	@mkdir -p $(IMAGE)/port
+	@$(call link_into,$(IMAGE),$(filter-out $(FOR_EVERY_SCENE)/port/%,$(^:.o=)))
+	@$(call link_into,$(IMAGE)/port,$(filter $(FOR_EVERY_SCENE)/port/%,$(^:.o=)))
+	@touch $@
+link_into = set --; for of in $(foreach of,$(2),$(of).o $(of).su $(of).ci); do [ ! -e $$of ] || set -- "$$@" $$of; done; \
+    ln -f "$$@" $(1)
 
 $(IMAGE)/model.o: $(BUILD)/$(NAME)/model.c $(IMAGE)/options
 	$(say) $(TARGET) $(BUILD)/$(NAME)/model.c
