@@ -193,9 +193,9 @@ std::string tables_text(ordered_json facts, const Summary& summary, const std::s
     return json_text(facts, 1) + "\n";
 }
 
-bool is_current(const std::filesystem::path& folder, const Scene& scene, const Identity& identity) {
+bool is_current(const std::filesystem::path& folder, const Scene& scene, const Identity& identity, bool needs_code) {
     const auto whole = TablesFolder::if_whole(folder);
-    if (!whole) return false;
+    if (!whole || (needs_code && !whole->has("model.c"))) return false;
     nlohmann::json wanted = to_json(scene, identity);
     std::error_code none;
     wanted["summary"] =

@@ -31,8 +31,8 @@ nlohmann::ordered_json facts_of(const Scene& scene, const Body& body, const Summ
 std::string tables_text(nlohmann::ordered_json facts, const Summary& summary, const std::string& summary_hash);
 
 /// True where the folder holds, complete, what this program would compute: tables.json names the same identity and
-/// scene, and every file has the hash that it gives.
-bool is_current(const std::filesystem::path& folder, const Scene& scene, const Identity& identity);
+/// scene, and every file has the hash that it gives. needs_code: as C too.
+bool is_current(const std::filesystem::path& folder, const Scene& scene, const Identity& identity, bool needs_code);
 
 /// What an earlier run told.
 struct EarlierFacts {

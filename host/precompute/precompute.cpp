@@ -420,7 +420,7 @@ Result precompute(const Scene& given, const fs::path& folder_in, Progress& progr
     const Drawing drawing = choose_drawing(scene, inverse, body);
     summary.identity = {hash_model(scene, body), hash_body(scene, body), options.tolerance, options.column_tolerance,
                         name_of(drawing)};
-    unchanged = !options.force && is_current(folder, scene, summary.identity);
+    unchanged = !options.force && is_current(folder, scene, summary.identity, options.code);
     if (unchanged) return result;
     // 2. A folder of ours, and one in it for files that come into their place together. One writer at a time.
     OwnFolder own(folder, kTables, own_tables_in(folder));

@@ -364,7 +364,10 @@ TEST(PrecomputeHash, IsOfTheContentOnly) {
 
 TEST_F(PrecomputeRun, UnchangedTablesAreNotComputedAgain) {
     Scene scene = cube_scene(3);
-    EXPECT_FALSE(run(scene).unchanged);
+    EXPECT_FALSE(run(scene, {.code = false}).unchanged);
+    EXPECT_TRUE(run(scene, {.code = false}).unchanged);
+    EXPECT_FALSE(run(scene).unchanged) << "they are not there as C";
+    EXPECT_TRUE(fs::exists(out_ / "model.c"));
     const auto before = contents(out_);
     EXPECT_TRUE(run(scene).unchanged);
     EXPECT_TRUE(contents(out_) == before);
