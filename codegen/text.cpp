@@ -22,6 +22,7 @@
 #include "codegen/scene_bytes.hpp"
 #include "codegen/template.hpp"
 #include "codegen/tool.hpp"
+#include "firmware/haptable.h"
 #include "firmware/haptable_model.h"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"

@@ -6,6 +6,7 @@
 
 #include <stddef.h>
 
+#include "haptable.h"
 #include "haptable_vector.h"
 
 void haptable_column_float32(const struct haptable_deformation* deformation, uint16_t vertex, const float force_n[3],

@@ -11,6 +11,7 @@
 #ifndef HAPTABLE_LINE_H
 #define HAPTABLE_LINE_H
 
+#include "haptable.h"
 #include "haptable_scene.h"
 
 #ifdef __cplusplus

@@ -15,7 +15,7 @@
 #ifndef HAPTABLE_MODEL_H
 #define HAPTABLE_MODEL_H
 
-#include "haptable.h"
+#include "haptable_types.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -4,6 +4,7 @@
  */
 #include "haptable_scene.h"
 
+#include "haptable.h"
 #include "haptable_vector.h"
 
 void haptable_init(const struct haptable_scene* scene, void* state) {

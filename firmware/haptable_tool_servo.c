@@ -7,6 +7,7 @@
  */
 #include "haptable_tool.h"
 
+#include "haptable.h"
 #include "haptable_side.h"
 #include "haptable_six.h"
 #include "haptable_tick.h"

@@ -34,7 +34,7 @@ arrow host/tables host/base host/tables
 arrow host/scene host/base host/dense host/scene
 arrow host/mesh host/base host/mesh
 arrow host/fem host/base host/mesh/quadratic_tet.hpp host/fem
-arrow codegen host/base host/tables codegen firmware/haptable_model.h firmware/haptable_scene.h firmware/haptable_deformation.h firmware/haptable_body.h firmware/haptable_modes.h firmware/haptable_pair.h firmware/haptable_tool.h
+arrow codegen host/base host/tables codegen firmware/haptable.h firmware/haptable_model.h firmware/haptable_scene.h firmware/haptable_deformation.h firmware/haptable_body.h firmware/haptable_modes.h firmware/haptable_pair.h firmware/haptable_tool.h
 # What computes K^-1 knows nothing of scenes, of the report and of the product's files.
 arrow host/inverse host/base host/dense host/inverse
 # What solves with a factor is linked without what makes one.
@@ -44,7 +44,7 @@ arrow host/body host/base host/dense host/scene host/mesh host/fem host/inverse 
 arrow host/compliance host/base host/dense host/tables host/inverse host/body codegen/pair.hpp host/compliance
 arrow host/precompute host/base host/dense host/scene host/mesh/audit.hpp host/mesh/read_mesh.hpp host/tables host/inverse host/body host/compliance codegen host/precompute
 arrow host/link host/base host/link haptable/
-arrow host/session host/base host/link "host/session/[^/]*.hpp" firmware/haptable_model.h firmware/haptable_body.h firmware/haptable_modes.h firmware/haptable_scene.h firmware/haptable_tool.h firmware/haptable_hands.h haptable/
+arrow host/session host/base host/link "host/session/[^/]*.hpp" firmware/haptable.h firmware/haptable_model.h firmware/haptable_body.h firmware/haptable_modes.h firmware/haptable_scene.h firmware/haptable_tool.h firmware/haptable_hands.h haptable/
 arrow host/session/servo host/base host/link host/session host/session/servo model.h haptable/
 arrow host/target host/base host/tables codegen host/target firmware/haptable_model.h firmware/haptable_scene.h firmware/haptable_bounds.h firmware/haptable_pair.h firmware/haptable_tool.h
 arrow host/session/bridge host/base host/link host/session host/session/bridge host/tables codegen firmware/haptable_body.h firmware/haptable_line.h firmware/haptable_line_points.h firmware/haptable_tool.h firmware/haptable_pair.h firmware/haptable_model.h haptable/
@@ -89,7 +89,7 @@ exported=$(nm -g --defined-only "$calls"/*.o | awk 'NF == 3 && $3 !~ /^haptable_
 macros=$(grep -nE '^ *# *define ' firmware/*.h firmware/port/*.h | grep -vE '# *define (HAPTABLE_|([a-z0-9_]+)(\([a-z, ]*\))? haptable_\2)' || true)
 [ -z "$macros" ] || complain "macros of firmware's headers must begin with HAPTABLE_:
 $macros"
-public='firmware/haptable.h firmware/haptable_model.h firmware/haptable_scene.h firmware/haptable_line.h firmware/haptable_line_points.h firmware/haptable_deformation.h firmware/haptable_body.h firmware/haptable_modes.h'
+public='firmware/haptable.h firmware/haptable_types.h firmware/haptable_model.h firmware/haptable_scene.h firmware/haptable_line.h firmware/haptable_line_points.h firmware/haptable_deformation.h firmware/haptable_body.h firmware/haptable_modes.h'
 # shellcheck disable=SC2086 # a list
 types=$(grep -nE '^(struct|enum|union|typedef) |^ +[A-Z][A-Z0-9_]*( = [0-9]+)?,?( /.*)?$' $public | grep -viE 'haptable_' || true)
 [ -z "$types" ] || complain "types and constants of the public headers must begin with haptable_:

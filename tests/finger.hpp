@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstring>
 
+#include "firmware/haptable.h"
 #include "firmware/haptable_scene.h"
 #include "tests/shapes.hpp"
 #include "tests/tolerance.hpp"

@@ -70,7 +70,7 @@ namespace haptable::test::reference {
 #define haptable_line reference_scene_line
 #define haptable_tool_watch reference_scene_tool_watch
 #define haptable_tool_point_of reference_scene_tool_point_of
-#undef HAPTABLE_H
+#undef HAPTABLE_TYPES_H
 #undef HAPTABLE_MODEL_H
 #define float double
 #define restrict

@@ -6,6 +6,7 @@
 #ifndef HAPTABLE_SCENE_READER_H
 #define HAPTABLE_SCENE_READER_H
 
+#include "haptable.h"
 #include "haptable_hands.h"
 #include "haptable_tool.h"
 

@@ -4,6 +4,7 @@
  */
 #include "haptable_ticks.h"
 
+#include "haptable.h"
 #include "haptable_port.h"
 #include "haptable_semihosting.h"
 

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "firmware/haptable.h"
 #include "firmware/haptable_hands.h"
 #include "firmware/haptable_tool.h"
 

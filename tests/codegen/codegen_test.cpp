@@ -9,6 +9,7 @@
 #include <limits>
 #include <random>
 
+#include "firmware/haptable.h"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "tests/error_of.hpp"

@@ -49,7 +49,7 @@ def test_the_headers_example_runs_as_it_stands(tmp_path, need):
 
 
 def test_the_header_is_all_that_a_board_calls():
-    code = (FIRMWARE / "haptable.h").read_text().split("*/", 1)[1]
+    code = "".join((FIRMWARE / file).read_text().split("*/", 1)[1] for file in ("haptable.h", "haptable_types.h"))
     functions = set(re.findall(r"\n(?:static inline )?[a-z][a-z0-9_ *]*[ *](haptable_[a-z_]+)\(", code))
     assert {"haptable_step", "haptable_line"} <= functions and len(functions) <= 12
     assert len(set(re.findall("struct (haptable_[a-z_]+)", code))) <= 10
