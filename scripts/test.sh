@@ -54,7 +54,7 @@ touch "$times"
 awk -v times="$times" '
     BEGIN { while ((getline line < times) > 0) { split(line, of); took[of[1]] = of[2] } }
     { ms = $1 in took ? took[$1] : $1 ~ /[.]py$/ ? 1e6 : $2 > 40 ? 1e5 : 999; print ms, $1, $2, $3 }' "$jobs/all" |
-    sort -rn | awk -v folder="$jobs" '
+    sort -k1,1rn -k2,2 | awk -v folder="$jobs" '
     function job(number) { return sprintf("%s/%03d", folder, number) }
     $2 ~ /[.]py$/ { print $2 >job(++last); few = 0; next } # no suite joins its job
     $4 { print $2 "*" >job(0); next }

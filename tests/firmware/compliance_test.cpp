@@ -2,7 +2,7 @@
 // The consistent force and the pressure mask, against L from plain solves.
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <cmath>
 #include <random>
 

@@ -2,7 +2,8 @@
 // The least-energy god-object: derivatives, minima, and what closed loops give.
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <cmath>
 #include <numbers>
 #include <random>

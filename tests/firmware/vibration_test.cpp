@@ -3,7 +3,6 @@
 // of a hand; and a body that nothing holds, with modes and without, in two hands.
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <map>
 #include <memory>
@@ -11,6 +10,7 @@
 #include <random>
 #include <tuple>
 
+#include "tests/dense.hpp"
 #include "tests/error_of.hpp"
 #include "tests/jelly.hpp"
 #include "tests/moving_body.hpp"
@@ -98,7 +98,7 @@ MatrixXd stiffness_of(const JellySession& session) {
         c.block<3, 3>(0, 3) = x;
         c.block<3, 3>(3, 0) = x.transpose();
     }
-    return c.inverse();
+    return dense::inverse(c);
 }
 
 /// How the first mode moves the contacts.

@@ -4,11 +4,12 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <cmath>
 #include <fstream>
 #include <numbers>
 
+#include "host/dense/dense.hpp"
 #include "tests/error_of.hpp"
 #include "tests/temporary_folder.hpp"
 
@@ -51,7 +52,7 @@ public:
         for (;;) {
             Eigen::VectorXd load = Eigen::VectorXd::Zero(depth.size());
             if (in.empty()) return load;
-            load(in) = Eigen::MatrixXd(compliance_(in, in)).ldlt().solve(Eigen::VectorXd(depth(in))).eval();
+            load(in) = solve_spd(compliance_(in, in), depth(in));
             Eigen::Index least = 0;
             if (load.minCoeff(&least) >= 0.0) return load;
             std::erase(in, least);

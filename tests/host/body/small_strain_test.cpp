@@ -4,10 +4,11 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <cmath>
 
 #include "host/body/assembly.hpp"
+#include "host/dense/dense.hpp"
 #include "host/mesh/cube.hpp"
 #include "host/mesh/middles.hpp"
 #include "tests/bodies.hpp"
@@ -64,12 +65,12 @@ protected:
         MatrixXd w = MatrixXd::Zero(solver_.size(), 3), x, step;
         w.middleRows<3>(Eigen::Index{3} * body_.unknown[std::size_t(node)]).setIdentity();
         solver_.solve(w, x);
-        const Matrix3d s = (w.transpose() * x).inverse();
-        const VectorXd phi = x * s * d;
+        const Matrix3d s = Matrix3d(transposed_product(w, x)).inverse();
+        const VectorXd phi = x * (s * d);
         VectorXd u = t * phi;
         for (int k = 0; k < 30; ++k) {
             solver_.solve(forces(u), step);
-            u -= step - x * s * (w.transpose() * step);
+            u -= step - x * (s * Vector3d(transposed_product(w, step)));
         }
         return phi.dot(forces(u)) / (t * d.dot(s * d));
     }

@@ -2,7 +2,7 @@
 // A body that stiffens: its forces against its energy, its dents against its rest, and the curve that they are given.
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <cmath>
 #include <random>
 

@@ -3,7 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
+#include <Eigen/SVD>
 #include <random>
 
 #include "host/compliance/sample.hpp"

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 
 #include "host/fem/stiffness.hpp"
 #include "host/mesh/cube.hpp"
@@ -24,11 +24,11 @@ Corners corners(const TetMesh& mesh, const Tet& tet) {
 
 /// The textbook's way, for comparison: V B^T D B with engineering shear strains, shape functions from the inverse of
 /// the matrix of corner coordinates (Zienkiewicz and Taylor, The Finite Element Method, chapter on tetrahedra).
-Eigen::Matrix<double, 12, 12> textbook_stiffness(const Corners& corner, double young, double poisson) {
+Matrix textbook_stiffness(const Corners& corner, double young, double poisson) {
     Eigen::Matrix4d a;
     for (int c = 0; c < 4; ++c) a.row(c) << 1.0, corner[std::size_t(c)].transpose();
     const Eigen::Matrix4d shape = a.inverse();  // column c: coefficients 1, x, y, z of N_c
-    Eigen::Matrix<double, 6, 12> b = Eigen::Matrix<double, 6, 12>::Zero();
+    Matrix b = Matrix::Zero(6, 12);
     for (int c = 0; c < 4; ++c) {
         const double x = shape(1, c), y = shape(2, c), z = shape(3, c);
         b.block<6, 3>(0, 3 * c) << x, 0, 0, 0, y, 0, 0, 0, z, y, x, 0, 0, z, y, z, 0, x;
@@ -37,8 +37,7 @@ Eigen::Matrix<double, 12, 12> textbook_stiffness(const Corners& corner, double y
     compliance.topLeftCorner<3, 3>().setConstant(-poisson / young);
     compliance.diagonal() << Eigen::Vector3d::Constant(1.0 / young),
         Eigen::Vector3d::Constant(2.0 * (1.0 + poisson) / young);
-    const Eigen::Matrix<double, 6, 6> elastic = dense::inverse(compliance);
-    return std::abs(a.determinant()) / 6.0 * b.transpose() * elastic * b;
+    return std::abs(a.determinant()) / 6.0 * transposed_product(b, dense::product(dense::inverse(compliance), b));
 }
 
 /// Of the two matrices that the textbook inverts: that of the corners, whose columns may have any unit,
@@ -46,8 +45,8 @@ double condition_of_corners(const Corners& corner) {
     Eigen::Matrix4d a;
     for (int c = 0; c < 4; ++c) a.row(c) << 1.0, corner[std::size_t(c)].transpose();
     a.colwise().normalize();
-    const Eigen::Vector4d singular = Eigen::JacobiSVD<Eigen::Matrix4d>(a).singularValues();
-    return singular[0] / singular[3];
+    const Eigen::VectorXd squared = dense::eigenvalues(a.transpose() * a);  // of the singular values
+    return std::sqrt(squared[3] / squared[0]);
 }
 /// and that of the strains: the resistance to a change of volume against that to one of shape.
 double condition_of_hooke(double poisson) {

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -136,7 +136,7 @@ TEST(NodalPressure, TheQuadraticElementAgreesWithTheTextbook) {
     for (std::size_t i = 27; i < mesh.position_m.size(); ++i)  // curved: a thirtieth of an edge
         mesh.position_m[i] += Vector3d(shift(random), shift(random), shift(random));
     const Lame lame = Lame::from_young(1e4, 0.3);
-    Eigen::Matrix<double, 6, 6> hooke = Eigen::Matrix<double, 6, 6>::Zero();
+    Matrix hooke = Matrix::Zero(6, 6);
     hooke.topLeftCorner<3, 3>().setConstant(lame.lambda_pa);
     hooke.diagonal().head<3>().array() += 2.0 * lame.mu_pa;
     hooke.diagonal().tail<3>().setConstant(lame.mu_pa);
@@ -146,18 +146,18 @@ TEST(NodalPressure, TheQuadraticElementAgreesWithTheTextbook) {
         Matrix expected = Matrix::Zero(30, 30);
         for (int point = 0; point < 4; ++point) {
             const double r = point == 1 ? p : q, s = point == 2 ? p : q, u = point == 3 ? p : q, l = 1 - r - s - u;
-            Eigen::Matrix<double, 3, 10> d;                                                 // by r, s, u
+            Matrix d(3, 10);                                                                // by r, s, u
             d << 1 - 4 * l, 4 * r - 1, 0, 0, 4 * (l - r), 4 * s, -4 * s, -4 * u, 4 * u, 0,  //
                 1 - 4 * l, 0, 4 * s - 1, 0, -4 * r, 4 * r, 4 * (l - s), -4 * u, 0, 4 * u,   //
                 1 - 4 * l, 0, 0, 4 * u - 1, -4 * r, 0, -4 * s, 4 * (l - u), 4 * r, 4 * s;
-            const Eigen::Matrix3d jacobian = d * x.transpose();
-            const Eigen::Matrix<double, 3, 10> g = jacobian.partialPivLu().solve(d);
-            Eigen::Matrix<double, 6, 30> b = Eigen::Matrix<double, 6, 30>::Zero();
+            const Eigen::Matrix3d jacobian = dense::product(d, x.transpose());
+            const Matrix g = dense::product(jacobian.inverse(), d);
+            Matrix b = Matrix::Zero(6, 30);
             for (int a = 0; a < 10; ++a) {
                 for (int c = 0; c < 3; ++c) b(c, 3 * a + c) = g(c, a);
                 b.block<3, 3>(3, 3 * a) << g(1, a), g(0, a), 0, 0, g(2, a), g(1, a), g(2, a), 0, g(0, a);
             }
-            expected += jacobian.determinant() / 24.0 * b.transpose() * hooke * b;
+            expected += jacobian.determinant() / 24.0 * transposed_product(b, dense::product(hooke, b));
         }
         // The printed points have eight digits.
         ASSERT_WITHIN((element_stiffness(x, lame) - expected).norm() / expected.norm(), .count = 8, .epsilon = 1e-8);

@@ -65,7 +65,7 @@ TEST(StiffnessWithPressures, MultipliesAsTheAssembledMatrix) {
     const Stiffness k = test::random_stiffness(40, 2.0, random);
     const MatrixXd whole = test::assembled(k), u = MatrixXd::Random(k.size(), 11);
     const double size = whole.cwiseAbs().rowwise().sum().maxCoeff();
-    EXPECT_WITHIN((k * u - whole * u).cwiseAbs().maxCoeff(), .count = 32.0, .size = size);
+    EXPECT_WITHIN((k * u - dense::product(whole, u)).cwiseAbs().maxCoeff(), .count = 32.0, .size = size);
     EXPECT_WITHIN((k.diagonal() - whole.diagonal()).cwiseAbs().maxCoeff(), .count = 32.0, .size = size);
     MatrixXd shifted = whole;
     shifted.diagonal() *= 1.5;
@@ -98,7 +98,7 @@ TEST(SignedFactor, IsThatOfTheMatrixWithOneNegativePivotAPressure) {
         EXPECT_EQ((sign.array() < 0).count(), k.pressures());
         EXPECT_GT(l.diagonal().minCoeff(), 0.0);
         double largest = 0.0;
-        const MatrixXd product = l * sign.asDiagonal() * l.transpose();
+        const MatrixXd product = dense::product(l * sign.asDiagonal(), l.transpose());
         const Eigen::VectorXd grown = l.rowwise().norm();  // what is added up is at most that of its row and column
         for (Eigen::Index j = 0; j < m.cols(); ++j)
             for (Eigen::Index i = j; i < m.rows(); ++i) {

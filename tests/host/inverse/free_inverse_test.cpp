@@ -112,10 +112,10 @@ TEST_P(FreeInverseOf, LoadsAndMotionsAreBalanced) {
     MatrixXd loads = MatrixXd::Random(k.size(), 3), u;
     factorize(inverse);
     inverse.solve(loads, u);
-    EXPECT_LT((rigid.momentum.transpose() * u).norm(), kAsked * rigid.momentum.norm() * u.norm());
+    EXPECT_LT(transposed_product(rigid.momentum, u).norm(), kAsked * rigid.momentum.norm() * u.norm());
     MatrixXd balanced = loads;
     inverse.balance(balanced);
-    EXPECT_LT((rigid.motion.transpose() * balanced).norm(), kAsked * loads.norm());
+    EXPECT_LT(transposed_product(rigid.motion, balanced).norm(), kAsked * loads.norm());
     EXPECT_LT((k * u - balanced).norm(), kAsked * loads.norm());
 }
 

@@ -73,7 +73,8 @@ protected:
 // M^-1/2 K M^-1/2, whose eigenvalues are omega^2; of a free body the first six are those of rigid motion.
 TEST_P(ModesOf, AreThoseOfTheDenseEigenproblem) {
     const auto mass = dense::eigen(MatrixXd(ringing.mass));
-    const MatrixXd root = mass.vectors * mass.values.cwiseSqrt().cwiseInverse().asDiagonal() * mass.vectors.transpose();
+    const MatrixXd root =
+        dense::product(mass.vectors * mass.values.cwiseSqrt().cwiseInverse().asDiagonal(), mass.vectors.transpose());
     const VectorXd omega2 = dense::eigenvalues(dense::product(root, dense::product(ringing.dense(ringing.k), root)));
     const Index rigid = is_free ? 6 : 0;
     for (Index k = 0; k < kModes; ++k) {
@@ -82,14 +83,14 @@ TEST_P(ModesOf, AreThoseOfTheDenseEigenproblem) {
             << "mode " << k;
     }
     const MatrixXd& phi = ringing.modes().shape;
-    EXPECT_LT((phi.transpose() * (ringing.mass * phi) - MatrixXd::Identity(kModes, kModes)).norm(), kEigen);
+    EXPECT_LT((transposed_product(phi, ringing.mass * phi) - MatrixXd::Identity(kModes, kModes)).norm(), kEigen);
     for (Index k = 0; k < kModes; ++k) {
         const double omega = ringing.modes().omega_rad_per_s[k];
         const VectorXd inertia = omega * omega * (ringing.mass * phi.col(k));
         EXPECT_LT((ringing.k * phi.col(k) - inertia).norm(), kEigen * inertia.norm()) << "mode " << k;
     }
     if (!is_free) return;
-    EXPECT_LT((ringing.rigid.momentum.transpose() * phi).norm(), kEigen * ringing.rigid.momentum.norm());
+    EXPECT_LT(transposed_product(ringing.rigid.momentum, phi).norm(), kEigen * ringing.rigid.momentum.norm());
 }
 
 // What the modes come to under a load that is held, and the rest: L f. And the rest is orthogonal to the modes.
@@ -101,9 +102,9 @@ TEST_P(ModesOf, WithTheRestAreTheStaticBody) {
     ringing.rest->solve(load, rest);
     const MatrixXd& phi = ringing.modes().shape;
     const VectorXd soft = ringing.modes().omega_rad_per_s.cwiseAbs2().cwiseInverse();
-    const MatrixXd moved = phi * soft.asDiagonal() * (phi.transpose() * load);
+    const MatrixXd moved = dense::product(phi * soft.asDiagonal(), transposed_product(phi, load));
     EXPECT_LT((rest + moved - u).norm(), kEigen * u.norm());
-    EXPECT_LT((phi.transpose() * (ringing.mass * rest)).norm(),
+    EXPECT_LT(transposed_product(phi, ringing.mass * rest).norm(),
               kEigen * std::sqrt(ringing.rigid.mass_kg + 0.027) * u.norm());
     EXPECT_GT(moved.norm(), 0.1 * u.norm()) << "the modes are a part of it";
     MatrixXd balanced = load;
@@ -131,7 +132,7 @@ Index mode_along(const Ringing& ringing, Along along) {
     for (std::size_t i = 0; i < ringing.body.free_node.size(); ++i)
         u[3 * Index(i) + 2] = along(ringing.body.mesh.position_m[std::size_t(ringing.body.free_node[i])].z());
     Index best = 0;
-    const VectorXd part = ringing.modes().shape.transpose() * (ringing.mass * u);
+    const VectorXd part = transposed_product(ringing.modes().shape, ringing.mass * u);
     part.cwiseAbs().maxCoeff(&best);
     double alike = 0.0;  // along x and y a free cube swings as fast
     for (Index k = 0; k < part.size(); ++k)

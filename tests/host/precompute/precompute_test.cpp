@@ -4,10 +4,11 @@
 #include "host/body/assembly.hpp"
 #include "host/precompute/facts.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
