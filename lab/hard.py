@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import meshio
 import numpy as np
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
@@ -15,7 +16,7 @@ from lab import LabError, binding, build, say, scenes
 from lab.numbers import error_of, table, write_topics
 from lab.reference import Array, Indices, Mesh, positive
 from lab.scenes import Scene, vary
-from lab.specimens import cells, cube_scene, grid, read_array, read_elements, write_tetgen
+from lab.specimens import cells, cube_scene, grid, read_elements, write_tetgen
 
 FORCES = ("interpolated", "consistent")
 MOST_ERROR = 1e-3  #: of the servo's force: beyond it precompute warns
@@ -251,7 +252,7 @@ class HardBody:
         self.summary = scenes.precompute(vary(
             case.scene, contact={"force": force}, device={"max_force": MOST_FORCE, "mean_force": "off"},
             tables={"columns": "none"}), folder)
-        self.held = read_array(folder / "mesh.vtu", "fixed") > 0
+        self.held = meshio.read(folder / "mesh.vtu").point_data["fixed"].ravel() > 0
         self.stated = float(self.summary["force_error"]["servo"])
         self.warned = any("float32 loses" in w or "badly conditioned" in w for w in self.summary["warnings"])
 

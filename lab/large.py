@@ -162,7 +162,7 @@ def _masks(_: Topics, folder: Path) -> Topics:
 #: By name: what makes topics, of those that are known, and a folder.
 PARTS: dict[str, Callable[[Topics, Path], Topics]] = {
     "large": _large, "scale": _scale,
-    "scan": lambda _, folder: scan.filling(scan.read_compressed(_SCANNED), folder / "scan"),
+    "scan": lambda _, folder: scan.filling(specimens.read_vtu(_SCANNED), folder / "scan"),
     "masks": _masks,
     "truth": lambda _, folder: {"truth": specimens.truth_table(folder)},
     "known": lambda _, folder: {"known": known.known_answers(folder / "known")},

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What each part of meshes/liver-capsule.toml is worth: docs/LIVER.md."""
+"""What each part of meshes/liver-capsule.toml is worth: docs/FIRST.md."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -24,9 +24,9 @@ def parts(whole: Scene, held: Scene) -> Iterator[tuple[str, Scene]]:
             ("and in its capsule", {"membrane": whole["membrane"]}),
             ("on its beds, below and at the back, and not held", {"fixed": None, "bed": whole["bed"]}),
             ("sagging, and so another shape", {"gravity": {**whole["gravity"], "prestress": False}}),
-            ("with the stress of its weight", {"gravity": {**whole["gravity"]}}),
+            ("with the stress of its weight", {"gravity": whole["gravity"]}),
             ("relaxing", {"relaxation": whole["relaxation"]})):
-        scene = {key: value for key, value in {**scene, **part}.items() if value is not None}
+        scene = vary(scene, **part)
         yield name, scene
 
 
@@ -34,22 +34,15 @@ def press(body: Any) -> float:
     """N of a finger over the middle of the touchable surface's box that goes straight down, and then rests."""
     vertices = body.rest[np.unique(body.patches)]
     low, high = vertices.min(axis=0), vertices.max(axis=0)
-    finger = np.array([*(0.5 * (low + high))[:2], high[2] + 0.001])
-    servo = body.servo()
 
-    def down(to: float, until_touched: bool) -> Any:
-        touch = servo.step(finger)
-        while finger[2] > to and not (until_touched and touch):
-            finger[2] = max(to, finger[2] - _STEP_M)
-            touch = servo.step(finger)
-        return touch
-    touch = down(low[2], True)
-    if not touch:
+    def down(to: float) -> Any:
+        z = np.append(np.arange(high[2] + 0.001, to, -_STEP_M), np.full(_HOLD, to))
+        return body.servo().replay(np.column_stack([np.tile(0.5 * (low + high)[:2], (len(z), 1)), z]))
+    met = down(low[2])
+    met = met[met["state"] == 2]
+    if len(met) == 0:
         raise LabError(f"{body.name}: the bench's finger met no surface")
-    down(float(touch.god_object[2]) - _DEPTH_M, False)
-    for _ in range(_HOLD):
-        touch = servo.step(finger)
-    return float(np.linalg.norm(touch.force.astype(float)))
+    return float(np.linalg.norm(down(float(met[0]["god_object"][2]) - _DEPTH_M)[-1]["force"].astype(float)))
 
 
 def make(out: Path) -> None:

@@ -1,43 +1,17 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """How a surface is filled that has the noise of a scanner: `make bench-large PART=scan`."""
 
-import base64
-import re
-import zlib
 from pathlib import Path
 
+import meshio
 import numpy as np
 
-from lab import LabError, scenes
+from lab import scenes
 from lab.numbers import Topics, table
-from lab.reference import Array, Indices, Mesh, positive
+from lab.reference import Array, Indices, Mesh
 
 NOISE = 0.3  # of a node's shortest edge, either way
 NODES = 3000  # to be filled with
-
-
-def read_compressed(file: Path) -> Mesh:
-    """Tetrahedra of a VTU file whose arrays are binary and compressed by zlib, as meshio writes them."""
-    text = file.read_text(encoding="utf-8")
-
-    def array(name: str) -> Array:
-        found = re.search(rf'type="(\w+)" Name="{name}"[^>]*format="binary">\s*([^<]*?)\s*<', text)
-        if found is None or "vtkZLibDataCompressor" not in text:
-            raise LabError(f"{file}: has no array {name} that is binary and compressed by zlib")
-        packed = found[2]
-        blocks = int(np.frombuffer(base64.b64decode(packed[:16]), "<u4")[0])
-        head = 4 * -(-4 * (3 + blocks) // 3)  # characters of the sizes
-        sizes = np.frombuffer(base64.b64decode(packed[:head]), "<u4")[3:3 + blocks]
-        data, at, whole = base64.b64decode(packed[head:]), 0, b""
-        for size in sizes:
-            whole += zlib.decompress(data[at:at + size])
-            at += int(size)
-        return np.frombuffer(whole, np.dtype(found[1].lower()))
-    tetrahedra = array("types") == 10
-    if not tetrahedra.all():
-        raise LabError(f"{file}: has cells that are no tetrahedra")
-    x = array("Points").reshape(-1, 3)
-    return Mesh(x, positive(x, array("connectivity").astype(np.int64).reshape(-1, 4)))
 
 
 def noisy(x: Array, patches: Indices, share: float) -> Array:
@@ -58,18 +32,12 @@ def noisy(x: Array, patches: Indices, share: float) -> Array:
     return moved
 
 
-def to_off(x: Array, patches: Indices) -> str:
-    nodes, numbered = np.unique(patches, return_inverse=True)
-    return (f"OFF\n{len(nodes)} {len(patches)} 0\n"
-            + "".join(f"{a:.9g} {b:.9g} {c:.9g}\n" for a, b, c in x[nodes].tolist())
-            + "".join(f"3 {a} {b} {c}\n" for a, b, c in numbered.reshape(-1, 3).tolist()))
-
-
 def filling(mesh: Mesh, folder: Path, nodes: int = NODES) -> Topics:
     """What a run tells of the mesh's surface with noise, filled with so many nodes."""
-    patches = mesh.surface
+    at, patches = np.unique(mesh.surface, return_inverse=True)
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "scan.off").write_text(to_off(noisy(mesh.x, patches, NOISE), patches), encoding="utf-8")
+    meshio.write(folder / "scan.off", meshio.Mesh(noisy(mesh.x, mesh.surface, NOISE)[at],
+                                                  {"triangle": patches.reshape(-1, 3)}))
     low, high = mesh.x.min(0), mesh.x.max(0)
     below = [*(2.0 * low - high).tolist(), *(2.0 * high - low)[:2].tolist(), float(0.9 * low[2] + 0.1 * high[2])]
     summary = scenes.precompute({

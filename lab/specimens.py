@@ -3,12 +3,12 @@
 itself is there."""
 
 import itertools
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import meshio
 import numpy as np
 
 from lab import LabError, say, scenes
@@ -22,26 +22,17 @@ COARSE, MIDDLE, FINE = range(3)
 
 # ---- meshes --------------------------------------------------------------------------------------------------------
 
-def read_array(file: Path, name: str) -> Array:
-    """An array of a VTU file that haptable-precompute drew, as one row."""
-    found = re.search(rf'Name="{name}"[^>]*>([^<]*)<', file.read_text(encoding="utf-8"))
-    if found is None:
-        raise LabError(f"{file}: has no array {name}; make the tables again")
-    return np.array(found[1].split(), float)
-
-
 def read_elements(file: Path) -> tuple[Array, Indices]:
     """Nodes [N, 3] m and tetrahedra that haptable-precompute drew: [t, 4], or [t, 10] with the nodes between 01 12 20
     03 13 23."""
-    types = read_array(file, "types")
-    nodes = 10 if (types == 24).any() else 4
-    tets = read_array(file, "connectivity").astype(np.int64)[:nodes * int(np.isin(types, (10, 24)).sum())]
-    return read_array(file, "Points").reshape(-1, 3), tets.reshape(-1, nodes)
+    mesh = meshio.read(file)
+    return mesh.points, mesh.cells_dict["tetra10" if "tetra10" in mesh.cells_dict else "tetra"].astype(np.int64)
 
 
 def read_vtu(file: Path) -> Mesh:
     """A mesh of linear tetrahedra."""
-    return Mesh(*read_elements(file))
+    x, tets = read_elements(file)
+    return Mesh(x, positive(x, tets))
 
 
 def mesh_of(scene: Scene, folder: Path) -> Mesh:
@@ -53,9 +44,7 @@ def mesh_of(scene: Scene, folder: Path) -> Mesh:
 def write_tetgen(mesh: Mesh, file: Path) -> Path:
     """NAME.node and NAME.ele; the first of them."""
     file.parent.mkdir(parents=True, exist_ok=True)
-    for ending, rows, form, head in ((".node", mesh.x, "%d" + 3 * " %.17g", "3 0 0"), (".ele", mesh.tets, "%d", "4 0")):
-        np.savetxt(file.with_suffix(ending), np.column_stack([np.arange(len(rows)), rows]), form, comments="",
-                   header=f"{len(rows)} {head}")
+    meshio.write(file.with_suffix(".node"), meshio.Mesh(mesh.x, {"tetra": mesh.tets}))
     return file.with_suffix(".node")
 
 

@@ -130,7 +130,7 @@ def haptable_package():
     for name in [name for name in sys.modules if name.split(".")[0] == "haptable"]:  # its messages, without the package
         del sys.modules[name]
     package = binding.load(BUILT)
-    (Path(package.__file__).parent / "messages").symlink_to(BUILT / "python/types/haptable/messages")
+    package.__path__.append(str(BUILT / "python/types/haptable"))
     return package
 
 

@@ -1,49 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A surface with the noise of a scanner."""
 
-import base64
-import struct
-import zlib
-
 import numpy as np
 import pytest
-from lab import LabError, scan
+from lab import scan
 from lab.reference import Mesh
 from lab.specimens import cells
-
-
-def _packed(values, block=64):
-    """As VTK packs an array: sizes in 32 bits, then the blocks, each compressed, both in base64."""
-    data = values.tobytes()
-    blocks = [zlib.compress(data[i:i + block]) for i in range(0, len(data), block)]
-    last = len(data) % block
-    head = struct.pack(f"<{3 + len(blocks)}I", len(blocks), block, last, *map(len, blocks))
-    return (base64.b64encode(head) + base64.b64encode(b"".join(blocks))).decode()
-
-
-def _vtu(x, tets, types=10, compressor="vtkZLibDataCompressor"):
-    arrays = {"Points": ("Float64", x), "connectivity": ("Int32", tets.astype(np.int32)),
-              "types": ("Int64", np.full(len(tets), types))}
-    return f'<VTKFile compressor="{compressor}">' + "".join(
-        f'<DataArray type="{kind}" Name="{name}" format="binary">\n{_packed(values)}\n</DataArray>'
-        for name, (kind, values) in arrays.items())
-
-
-def test_a_compressed_mesh_is_read_as_it_was_written(tmp_path):
-    mesh = cells((2, 3, 1))
-    (tmp_path / "a.vtu").write_text(_vtu(mesh.x, mesh.tets))
-    found = scan.read_compressed(tmp_path / "a.vtu")
-    np.testing.assert_array_equal(found.x, mesh.x)
-    np.testing.assert_array_equal(found.tets, mesh.tets)
-
-
-@pytest.mark.parametrize(("more", "said"), [({"types": 12}, "cells that are no tetrahedra"),
-                                            ({"compressor": "vtkLZ4DataCompressor"}, "compressed by zlib")])
-def test_another_file_is_an_error_that_names_it(tmp_path, more, said):
-    mesh = cells((1, 1, 1))
-    (tmp_path / "a.vtu").write_text(_vtu(mesh.x, mesh.tets, **more))
-    with pytest.raises(LabError, match=rf"a\.vtu: .*{said}"):
-        scan.read_compressed(tmp_path / "a.vtu")
 
 
 def test_the_surface_is_closed_and_looks_outwards():
