@@ -85,28 +85,22 @@ def _is_cell(cell: Any) -> bool:
     return isinstance(cell, str) or (bool(values) and all(type(v) in (int, float) for v in values))
 
 
-def _require_topic(topic: Any, where: str) -> None:
-    """Raises LabError where `topic` is neither a number nor a table whose rows have a cell a column."""
-    if not isinstance(topic, dict):
-        raise LabError(f"{where}: is no topic; measure again")
-    for i, row in enumerate(topic.get("rows", [[topic]])):
-        if "rows" in topic and (not isinstance(row, list) or len(row) != len(topic.get("columns", []))):
-            raise LabError(f"{where}: row {i} has not a cell a column; measure again")
-        for cell in row:
-            if not _is_cell(cell):
-                raise LabError(f"{where}: row {i}: {json.dumps(cell)} is no text and no number; measure again")
+def _is_topic(topic: Any) -> bool:
+    """A number, or a table whose rows have a cell a column."""
+    if not isinstance(topic, dict) or "rows" not in topic:
+        return _is_cell(topic) and not isinstance(topic, str)
+    return all(len(row) == len(topic["columns"]) and all(map(_is_cell, row)) for row in topic["rows"])
 
 
 def read_numbers(file: Path = Path("docs/numbers.json")) -> Topics:
     """The topics of `file`. Raises LabError that names the file and what is wrong with it."""
     try:
         topics = json.loads(file.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise LabError(f"{file}: is no JSON: {error}; measure again with make bench") from error
-    if not isinstance(topics, dict):
-        raise LabError(f"{file}: holds no topics; measure again with make bench")
-    for name, topic in topics.items():
-        _require_topic(topic, f"{file}: {name}")
+        wrong = [name for name, topic in topics.items() if not _is_topic(topic)]
+    except (ValueError, AttributeError, KeyError, TypeError) as error:
+        raise LabError(f"{file}: holds no topics: {error}; measure again with make bench") from error
+    if wrong:
+        raise LabError(f"{file}: {', '.join(wrong)}: no number, and no table of texts and numbers; measure again")
     return topics
 
 

@@ -33,12 +33,10 @@ _CHOICES = 12
 def _markdown(text: str) -> str:
     """HTML, by cmark-gfm."""
     try:
-        ended = subprocess.run(["cmark-gfm", "-e", "table"], input=text, capture_output=True, text=True, check=False)
+        return subprocess.run(["cmark-gfm", "-e", "table"], input=text, stdout=subprocess.PIPE, text=True,
+                              check=True).stdout
     except FileNotFoundError as error:
         raise LabError("report: no cmark-gfm: sh scripts/setup.sh lab installs it") from error
-    if ended.returncode != 0:
-        raise LabError(f"report: cmark-gfm ended with status {ended.returncode}: {ended.stderr}")
-    return ended.stdout
 
 
 def _plain(text: str) -> str:
@@ -96,13 +94,11 @@ class Pages:
 
     def __init__(self, docs: Path, out: Path, topics: Topics) -> None:
         self.docs, self.out, self.topics = docs, out, topics
-        with_numbers = {str(p.relative_to(docs).with_suffix(""))
-                        for p in [*docs.glob("*.md"), *docs.glob("design/*.md")]
-                        if shown(p.name, p.read_text(encoding="utf-8"))}
         self.parts = {part: [page for page in pages if (docs / f"{page}.md").exists()] for part, pages in PARTS.items()}
-        known = {page for pages in PARTS.values() for page in pages}
-        if with_numbers - known:
-            self.parts["More"] = sorted(with_numbers - known)
+        with_numbers = {str(p.relative_to(docs).with_suffix("")) for p in docs.rglob("*.md")
+                        if shown(p.name, p.read_text(encoding="utf-8"))}
+        if more := sorted(with_numbers.difference(*PARTS.values())):
+            self.parts["More"] = more
         self.all = [page for pages in self.parts.values() for page in pages]
         self.shown: set[str] = set()  # figures, by name
 
@@ -141,8 +137,8 @@ class Pages:
         body = re.sub(r'(?<=[ <])(href|src)="([^"]*)"', lambda m: m[0] if m[2].startswith(("csv/", "#figure-"))
                       or m[2].endswith(".pdf") else self._link(page, m[1], m[2]), body)
         body = _wide(_anchored(body, f"{page}:"))
-        for placed, made in tables.items():
-            body = body.replace(placed, made)
+        for placed, whole in tables.items():
+            body = body.replace(placed, whole)
         return f'<section id="{page}">\n{body}</section>\n'
 
 
