@@ -66,11 +66,8 @@ class Deck:
 
 
 def deck_of(body: Tetrahedra, young: float, poisson: float, large_strain: bool = False) -> Deck:
-    """The elements that scikit-fem solved: of a C3D10 the corners, then the nodes in the middle of edges 01 12 20 03 13
-    23."""
-    mesh = body.mesh
-    elements = np.column_stack([mesh.tets, mesh.middles]) if len(body.x) > len(mesh.x) else mesh.tets
-    return Deck(body.x, elements, body.held, young, poisson, large_strain)
+    """The elements that scikit-fem solved, whose nodes are in CalculiX's order."""
+    return Deck(body.x, body.elements, body.held, young, poisson, large_strain)
 
 
 def _results(text: str, folder: Path, parse: Callable[[str], list[Any]], wanted: int,

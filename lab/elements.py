@@ -171,7 +171,7 @@ def _on_mesh(name: str, scene: Scene, radii: Sequence[float], folder: Path) -> E
     """The body itself with one pressure a tetrahedron, on the mesh in eight and on the mesh."""
     where = folder / f"{scene['name']}-mesh"
     mesh = mesh_of(scene, where)
-    places = mesh_places(reference(scene, mesh), np.load(where / "surface.npy").astype(np.int64), max(radii))
+    places = mesh_places(scene, mesh, np.load(where / "surface.npy").astype(np.int64), max(radii))
 
     def bodies(nu: float) -> Sequence[Solid]:
         return [reference(vary(scene, material={"poisson": nu}), of, averaged=True) for of in (mesh.in_eight(), mesh)]

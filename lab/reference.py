@@ -21,7 +21,6 @@ from lab.cholmod import Factor
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
-EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))  #: of a tetrahedron, in the order of their middles
 _PIECES = 12  # of a face's side, over which a pressure is integrated
 
 
@@ -75,20 +74,9 @@ class Mesh:
     tets: Indices
 
     @functools.cached_property
-    def edges(self) -> Indices:
-        """[e, 2] ascending: every edge once."""
-        return np.unique(np.sort(self.tets[:, EDGES].reshape(-1, 2), 1), axis=0)
-
-    def middle(self, a: Indices, b: Indices) -> Indices:
-        """Numbers of the nodes in the middle of edges, after all corners: scikit-fem's own."""
-        n = len(self.x)
-        key = self.edges[:, 0] * n + self.edges[:, 1]
-        return n + np.searchsorted(key, np.minimum(a, b) * n + np.maximum(a, b))
-
-    @functools.cached_property
-    def middles(self) -> Indices:
-        """[t, 6] of every tetrahedron, by EDGES."""
-        return np.column_stack([self.middle(self.tets[:, a], self.tets[:, b]) for a, b in EDGES])
+    def fem(self) -> Any:
+        """As scikit-fem has it."""
+        return scikit_fem().MeshTet(np.ascontiguousarray(self.x.T), np.ascontiguousarray(self.tets.T))
 
     @functools.cached_property
     def surface(self) -> Indices:
@@ -99,12 +87,13 @@ class Mesh:
 
     def in_eight(self) -> "Mesh":
         """Every tetrahedron in eight: four at the corners, the octahedron between them along its shortest diagonal."""
-        x, m = np.vstack([self.x, self.x[self.edges].mean(1)]), self.middles
-        corner = self.tets.T
-        small = [np.column_stack([corner[c], *(self.middle(corner[c], corner[d]) for d in range(4) if d != c)])
-                 for c in range(4)]
+        skfem = scikit_fem()
+        x = np.vstack([self.x, self.x[self.fem.edges.T].mean(1)])
+        m = skfem.Basis(self.fem, skfem.ElementTetP2()).element_dofs.T[:, 4:]  # of edges 01 12 20 03 13 23
+        small = [np.column_stack([self.tets[:, c], m[:, around]])
+                 for c, around in enumerate(([0, 2, 3], [0, 1, 4], [2, 1, 5], [3, 4, 5]))]
         diagonals = np.array([[0, 5, 1, 2, 3, 4], [1, 3, 0, 2, 5, 4], [2, 4, 0, 1, 5, 3]])  # its ends, then the ring
-        length = np.column_stack([np.linalg.norm(x[m[:, d[0]]] - x[m[:, d[1]]], axis=1) for d in diagonals])
+        length = np.linalg.norm(x[m[:, diagonals[:, 0]]] - x[m[:, diagonals[:, 1]]], axis=2)
         ring = np.take_along_axis(m, diagonals[length.argmin(1)], 1)
         small += [ring[:, [0, 1, 2 + r, 2 + (r + 1) % 4]] for r in range(4)]
         return Mesh(x, positive(x, np.vstack(small)))
@@ -140,6 +129,7 @@ class Solid:
         self._basis = basis = skfem.Basis(fem, element, intorder=element.maxdeg if len(fem.t) == 8 else 2)
         self._quarter = quarter
         self.x: Array = basis.doflocs.T.copy()
+        self.elements: Indices = basis.element_dofs.T
         highest = fem.p[2].max()
         self._faces = fem.facets_satisfying(lambda x: x[2] == highest) if top else fem.boundary_facets()
 
@@ -241,9 +231,8 @@ class Tetrahedra(Solid):
     def __init__(self, mesh: Mesh, young: float, poisson: float, is_held: Callable[[Array], Any],
                  quadratic: bool = False, averaged: bool = False, quarter: bool = False) -> None:
         skfem, self.mesh = scikit_fem(), mesh
-        fem = skfem.MeshTet(np.ascontiguousarray(mesh.x.T), np.ascontiguousarray(mesh.tets.T))
         element = skfem.ElementTetP2() if quadratic else skfem.ElementTetP1()
-        super().__init__(fem, element, young, poisson, is_held,
+        super().__init__(mesh.fem, element, young, poisson, is_held,
                          (lambda basis: [np.ones(basis.dx.shape[1])]) if averaged else None, quarter, top=quarter)
 
 

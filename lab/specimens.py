@@ -177,27 +177,26 @@ def spiral(middle: Sequence[float], width: float, count: int) -> list[Place]:
             for x, y in zip(r * np.cos(angle), r * np.sin(angle))]
 
 
-def mesh_places(body: Tetrahedra, surface: Indices, radius: float) -> list[Place]:
+def mesh_places(scene: Scene, mesh: Mesh, surface: Indices, radius: float) -> list[Place]:
     """Twelve points of a mesh's patches around which its surface is free and nearly flat as far as the finger reaches.
     surface: [q, 3], in the order that the points are drawn in."""
-    held = np.zeros(len(body.x), bool)
-    held[body.held] = True
-    nodes = np.column_stack([surface, *(body.mesh.middle(surface[:, c], surface[:, (c + 1) % 3]) for c in range(3))])
-    a, b, c = (body.x[surface[:, k]] for k in range(3))
-    normal = np.cross(b - a, c - a)
+    corner = mesh.x[surface]
+    points = np.concatenate([corner, 0.5 * (corner + np.roll(corner, -1, 1))], 1)
+    held = is_held(scene)(points.reshape(-1, 3)).reshape(-1, 6)
+    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     random = np.random.RandomState(3)._bit_generator
     places: list[Place] = []
     for _ in range(10000):
         t = int(random.random_raw()) % len(surface)
         alpha = np.array([1.0 + int(random.random_raw()) % 1000 for _ in range(3)])
-        place = Place(alpha / alpha.sum() @ body.x[surface[t]], normal[t])
-        near = np.linalg.norm(body.x[nodes] - place.on, axis=2) < 1.2 * radius
-        if not (near & ((normal @ place.outward < 0.7)[:, None] | held[nodes])).any():
+        place = Place(alpha / alpha.sum() @ corner[t], normal[t])
+        near = np.linalg.norm(points - place.on, axis=2) < 1.2 * radius
+        if not (near & ((normal @ place.outward < 0.7)[:, None] | held)).any():
             places.append(place)
         if len(places) == PLACES:
             return places
-    raise LabError(f"a mesh of {len(body.mesh.x)} nodes: no places for the laboratory to press; take a smaller finger")
+    raise LabError(f"a mesh of {len(mesh.x)} nodes: no places for the laboratory to press; take a smaller finger")
 
 
 # ---- the body itself -----------------------------------------------------------------------------------------------
@@ -225,7 +224,7 @@ def truths(specimen: Specimen, folder: Path) -> list[Truth]:
         mesh = read_vtu(folder / f"{specimen.name}-mesh/mesh.vtu")
         bodies = [reference(meshed.scene, of) for of in (mesh.in_eight(), mesh)]
         surface = np.load(folder / f"{specimen.name}-mesh/surface.npy").astype(np.int64)
-        places = mesh_places(bodies[1], surface, specimen.radius)
+        places = mesh_places(meshed.scene, mesh, surface, specimen.radius)
     fine = bodies[0].stiffness([Footprint(place.on, specimen.radius) for place in places])
     coarse = normals(bodies[1], places, specimen.radius)
     return [Truth(place, s, along / (place.outward @ s @ place.outward) - 1.0)
