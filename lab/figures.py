@@ -7,9 +7,11 @@ what it is about is an error, and the one that is there stays.
 
 import json
 import os
+import shutil
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -35,19 +37,20 @@ def smooth(places: Places) -> np.ndarray:
     return np.concatenate(rows) / 1e3
 
 
-def shows(felt: pd.DataFrame, about: str, column: str, low: float, high: float) -> None:
-    """Raises LabError where `column` ("|force|": the force's size) is never at most `low`, or never at least `high`."""
-    values = force_size(felt) if column == "|force|" else felt[column]
+def shows(felt: pd.DataFrame, about: object, column: str, low: float, high: float, when: str = "tick >= 0") -> None:
+    """Raises LabError where `column` ("|force|": the force's size) is never at most `low`, or never at least `high`, in
+    the ticks that `when` (of pandas.DataFrame.query) tells."""
+    at = felt.query(when)
+    values = force_size(at) if column == "|force|" else at[column]
     if not (len(values) and values.min() <= low and values.max() >= high):
-        raise LabError(f"{about}: {column} is to go from {low:g} to {high:g}, and goes from {values.min():g} to "
-                       f"{values.max():g}")
+        raise LabError(f"{about}: {column} is to go from {low:g} to {high:g} where {when}, and goes from "
+                       f"{values.min():g} to {values.max():g}")
 
 
-def presses(felt: pd.DataFrame, about: str, newtons: float, tick: int) -> None:
+def presses(felt: pd.DataFrame, about: object, newtons: float, tick: int) -> None:
     """Raises LabError without a contact with this force, or more, at `tick`."""
-    at = felt[felt["tick"] == tick]
-    shows(at, f"{about}: at tick {tick}", "contact", 1, 1)
-    shows(at, f"{about}: at tick {tick}", "|force|", np.inf, newtons)
+    shows(felt, about, "contact", 1, 1, f"tick == {tick}")
+    shows(felt, about, "|force|", np.inf, newtons, f"tick == {tick}")
 
 
 class Studio:
@@ -95,16 +98,10 @@ class Studio:
         self.put(name)
 
 
-
-
-def counts(tables: Path, key: str, least: float) -> None:
+def counts(tables: Path, section: str, key: str, least: float) -> None:
     """Raises LabError where the tables' summary.json has less of `key`."""
-    def find(node: object) -> object:
-        if isinstance(node, dict):
-            return node[key] if key in node else next((v for v in map(find, node.values()) if v is not None), None)
-        return None
-    number = find(json.loads((tables / "summary.json").read_text(encoding="utf-8")))
-    if not isinstance(number, (int, float)) or number < least:
+    number = json.loads((tables / "summary.json").read_text(encoding="utf-8"))[section][key]
+    if number < least:
         raise LabError(f"{tables}/summary.json: {key} is to be {least:g} or more, and is {number}")
 
 
@@ -159,26 +156,9 @@ def figure_liver_dent(s: Studio, name: str) -> None:
     """The dent that is there 0.1 s after the finger has left, in a session on the same path."""
     path = s.path("relaxation", _relaxation_path())
     out, felt = s.session("relaxation", "liver-capsule", path, "--seconds", 9)
-    presses(felt, str(out), 0.2, 8000)
-    shows(felt[felt["tick"] == 8650], f"{out}: at tick 8650", "contact", 0, 0)
+    presses(felt, out, 0.2, 8000)
+    shows(felt, out, "contact", 0, 0, "tick == 8650")
     s.view(f"{name}.png", "liver-capsule", "--log", out / "session.lcmlog", "--ticks", 8650, "--size", "640x480")
-
-
-def figure_liver(s: Studio, name: str) -> None:
-    """The liver poked and dragged over, as docs/FIRST.md has it."""
-    out, felt = s.session(name, "liver-capsule", "poke,drag", "--seconds", 6)
-    shows(felt, str(out), "|force|", 0, 0.2)
-    s.view(f"{name}.gif", "liver-capsule", "--log", out / "session.lcmlog", "--every", 150, "--size", "400x300",
-           "--elevation", 25)
-
-
-def figure_liver_spatula(s: Studio, name: str) -> None:
-    """A spatula pressed on the liver and turned, as docs/TOOL.md has it."""
-    out, felt = s.session(name, name, "roll,tilt")
-    shows(felt, str(out), "|force|", 0, 0.2)
-    shows(felt, str(out), "torque_y", -1e-3, 1e-3)
-    s.view(f"{name}.gif", name, "--log", out / "session.lcmlog", "--every", 150, "--size", "400x300",
-           "--elevation", 25, "--azimuth", -60, "--zoom", 0.8)
 
 
 def figure_demo(s: Studio, name: str) -> None:
@@ -187,21 +167,21 @@ def figure_demo(s: Studio, name: str) -> None:
     demo = build() / "demo"
     for felt in ("cube-uz", "cube-ux", "mouse-uz"):
         presses(pd.read_csv(demo / f"{felt}.csv"), felt, 0.01, 150)
-    for picture in ("cube-mesh", "cube-uz", "cube-ux", "mouse-uz"):
-        (s.work / f"{picture}.png").write_bytes((demo / f"{picture}.png").read_bytes())
-        s.put(f"{picture}.png")
+    for picture in ("cube-mesh.png", "cube-uz.png", "cube-ux.png", "mouse-uz.png"):
+        shutil.copy(demo / picture, s.work)
+        s.put(picture)
 
 
 def figure_cube_ghost(s: Studio, name: str) -> None:
     """The rest shape as a ghost."""
     csv = build() / "demo/cube-uz.csv"
-    presses(pd.read_csv(csv), str(csv), 0.1, 150)
+    presses(pd.read_csv(csv), csv, 0.1, 150)
     s.view(f"{name}.png", "cube", "--csv", csv, "--ticks", 150, "--ghost", "--size", "640x480")
 
 
 def figure_mouse_mesh(s: Studio, name: str) -> None:
     """A mesh as it is judged."""
-    counts(build() / "mouse", "fixed_nodes", 1)
+    counts(build() / "mouse", "counts", "fixed_nodes", 1)
     s.view(f"{name}.png", "mouse", "--mesh", "--elevation", -30, "--size", "640x480")
 
 
@@ -209,7 +189,7 @@ def _sag(s: Studio, name: str, scene: str, options: str) -> None:
     """The scene under its own weight (docs/MATERIALS.md has a picture a law)."""
     tables = s.work / name
     output_of(build() / "bin/haptable-precompute", f"meshes/{scene}.toml", "-o", tables, "--quiet")
-    counts(tables, "largest_sag_m", 1e-4)
+    counts(tables, "gravity", "largest_sag_m", 1e-4)
     s.view(f"{name}.png", f"figures/{name}", "--sag", "--ghost", "--size", "480x360", *options.split())
 
 
@@ -230,16 +210,24 @@ def _page(s: Studio, name: str, scene: str) -> None:
 
 # ---- films ---------------------------------------------------------------------------------------------------------
 
-def _film(s: Studio, name: str, fingers: list[Places], options: str, wanted: list[tuple[str, float, float]],
-          scene: str = "", rings_after: int = 0) -> None:
-    """Of fingers on paths, in the scene of its name or another. wanted: of `shows`; rings_after: ms after which the
-    first mode goes to both sides."""
+Wanted = list[tuple[Any, ...]]  #: of `shows`: column, low, high, and when
+
+
+def _film(s: Studio, name: str, fingers: list[Places], options: str, wanted: Wanted, scene: str = "") -> None:
+    """Of fingers on paths, in the scene of its name or another."""
     felt = s.felt(name, scene or name, *map(smooth, fingers))
-    for column, low, high in wanted:
-        shows(felt, name, column, low, high)
-    if rings_after:
-        shows(felt[felt["tick"] > rings_after], name, "mode_1", -1e-9, 1e-9)
+    for one in wanted:
+        shows(felt, name, *one)
     s.view(f"{name}.gif", scene or name, "--csv", s.work / f"{name}.csv", *options.split())
+
+
+def _session(s: Studio, name: str, path: str, options: str, wanted: Wanted, scene: str = "", run: str = "") -> None:
+    """Of a session of that scene, or of its name's, as the pages have it."""
+    out, felt = s.session(name, scene or name, path, *run.split())
+    for one in wanted:
+        shows(felt, out, *one)
+    s.view(f"{name}.gif", scene or name, "--log", out / "session.lcmlog", "--every", 150, "--size", "400x300",
+           "--elevation", 25, *options.split())
 
 
 def _at(y: float, z: float, *ms_and_x: tuple[float, float]) -> Places:
@@ -263,8 +251,11 @@ FIGURES: dict[str, Callable[[Studio, str], None]] = {
     "relaxation-sliding": figure_relaxation_sliding,
     "measured": figure_measured,
     "liver-dent": figure_liver_dent,
-    "liver": figure_liver,
-    "liver-spatula": figure_liver_spatula,
+    # Poked and dragged over (docs/FIRST.md); a spatula pressed on it and turned (docs/TOOL.md).
+    "liver": partial(_session, scene="liver-capsule", path="poke,drag", run="--seconds 6", options="",
+                     wanted=[("|force|", 0, 0.2)]),
+    "liver-spatula": partial(_session, path="roll,tilt", options="--azimuth -60 --zoom 0.8",
+                             wanted=[("|force|", 0, 0.2), ("torque_y", -1e-3, 1e-3)]),
     "demo": figure_demo,
     "cube-ghost": figure_cube_ghost,
     "mouse-mesh": figure_mouse_mesh,
@@ -295,11 +286,12 @@ FIGURES: dict[str, Callable[[Studio, str], None]] = {
                           wanted=[("body_z", 0.016, 0.04), ("contact2", 0, 1)]),
     # A knock on a jelly's side, four times as slow: it rings.
     "jelly": partial(_film, fingers=[_at(15, 26, (0, -15), (120, -2), (200, 6), (260, 6), (290, -15), (900, -15))],
-                     options=_RINGING, wanted=[("|force|", 0, 0.03)], rings_after=320),
+                     options=_RINGING, wanted=[("|force|", 0, 0.03), ("mode_1", -1e-9, 1e-9, "tick > 320")]),
     # Two fingers take hold of it, pull it aside and let go, four times as slow.
     "jelly-two": partial(_film, fingers=[_at(15, 24, *zip(_TIMES, (-8, 3.5, 3.5, 11.5, 11.5, -16, -16))),
                                          _at(15, 24, *zip(_TIMES, (38, 26.5, 26.5, 34.5, 34.5, 52, 52)))],
-                         options=_RINGING, wanted=[("|force|", 0, 0.1), ("contact2", 0, 1)], rings_after=620)}
+                         options=_RINGING, wanted=[("|force|", 0, 0.1), ("contact2", 0, 1),
+                                                   ("mode_1", -1e-9, 1e-9, "tick > 620")])}
 
 
 def make(names: list[str], pictures: Path = Path("docs/pictures")) -> None:

@@ -248,7 +248,7 @@ def test_a_picture_without_a_contact_is_refused_and_the_one_that_is_there_stays(
     make(0.3, 1)
     assert (pictures / "law-bed.png").read_text() == "drawn\n"
     for force_n, contact in ((0.0, 0), (0.01, 1)):
-        with pytest.raises(LabError, match="at tick 100"):
+        with pytest.raises(LabError, match="where tick == 100"):
             make(force_n, contact)
         assert (pictures / "law-bed.png").read_text() == "before"
 
