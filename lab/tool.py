@@ -5,6 +5,7 @@ sampled flat punch and its tilt beside closed forms."""
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial import Delaunay
 
 from lab import binding, scenes
 from lab.calculix import Deck, Rigid, pressing
@@ -37,14 +38,10 @@ def cap(angle: float, rings: int, around: int) -> Rigid:
     """Of a sphere about the origin, what lies within an angle of -z, rad."""
     ring, step = np.mgrid[1:rings + 1, 0:around]
     polar, azimuth = (angle / rings * ring).ravel(), (2.0 * np.pi / around * step).ravel()
+    flat = polar * [np.cos(azimuth), np.sin(azimuth)]
     x = RADIUS * np.column_stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), -np.cos(polar)])
-    def at(r: int, k: int) -> int:
-        return 0 if r == 0 else 1 + (r - 1) * around + k % around
-    triangles = [(0, at(1, k + 1), at(1, k)) for k in range(around)]
-    for r in range(1, rings):
-        for k in range(around):
-            triangles += [(at(r, k), at(r + 1, k + 1), at(r + 1, k)), (at(r, k), at(r, k + 1), at(r + 1, k + 1))]
-    return Rigid(np.vstack([[0.0, 0.0, -RADIUS], x]), np.array(triangles))
+    triangles = Delaunay(np.vstack([[0.0, 0.0], flat.T])).simplices[:, ::-1]  # seen from below
+    return Rigid(np.vstack([[0.0, 0.0, -RADIUS], x]), triangles)
 
 
 def by_calculix(folder: Path) -> Array:
