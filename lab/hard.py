@@ -101,10 +101,9 @@ def _meshes(folder: Path) -> list[HardCase]:
         low, high = mesh.x.min(0), mesh.x.max(0)
         # More than the coordinates' rounding, less than the thinnest sliver.
         e = 1e-9 * np.linalg.norm(high - low) + 2.0**-50 * np.linalg.norm(0.5 * (low + high))
+        fixed = [{"box": [*(x - e).tolist(), *(x + e).tolist()]} for x in mesh.x[held]]
         return HardCase(name, {"name": "hard-case", "mesh": {"file": str(file.resolve())},
-                               "material": {"young": young, "poisson": 0.3},
-                               "fixed": [{"box": [*(x - e).tolist(), *(x + e).tolist()]} for x in mesh.x[held]]},
-                        refusal)
+                               "material": {"young": young, "poisson": 0.3}, "fixed": fixed or None}, refusal)
 
     def bar(name: str, count: tuple[int, int, int], size: tuple[float, float, float], held: Any, turned: bool = False,
             at: Any = (0.0, 0.0, 0.0), **more: Any) -> HardCase:

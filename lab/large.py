@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import tomli_w
 
 from lab import LabError, build, elements, known, large_strain, output_of, own, say, scan, scenes, specimens, stiffening
 from lab.cholmod import one_thread
@@ -102,7 +103,7 @@ class Runs:
     def scene(self, scene: scenes.Scene, columns: str) -> Path:
         """Its file."""
         file = self.folder / f"{scene['name']}-{columns}.toml"
-        write_file(file, scenes.to_toml(vary(scene, tables={"columns": columns})))
+        write_file(file, tomli_w.dumps(vary(scene, tables={"columns": columns})))
         return file
 
     def cube(self, side: int, columns: str) -> Path:

@@ -193,7 +193,7 @@ def contact_line(data: Path) -> Figure:
     this = Figure("contact-line")
     table = np.loadtxt(data)
     stiffness = table[:, 1:].reshape(len(table), 4, 3)  # nodes a side 9, 13, 17, 25; then the force
-    mean, (point, consistent, mask) = stiffness.mean(0), stiffness[:, 3].T
+    mean, (_, consistent, mask) = stiffness.mean(0), stiffness[:, 3].T
     this.must(mean[3, 0] < 0.5 * mean[0, 0], "a point of force that softens with the mesh")
     this.must(consistent.max() > 1.2 * consistent.min(), "the ripple of the consistent force")
     this.must(abs(mean[3, 2] / mean[0, 2] - 1) < 0.1 and mask.max() < 1.1 * mask.min(),

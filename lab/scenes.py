@@ -7,6 +7,8 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+import tomli_w
+
 from lab import LabError, build
 from lab.numbers import write_file
 
@@ -44,27 +46,11 @@ def touched(scene: Scene, force: str, radius: float = 0.0, **more: Any) -> Scene
     return {**scene, "contact": contact(force, radius, **more)}
 
 
-def to_toml(scene: Scene) -> str:
-    """Keys of one level of tables, or of lists of tables, and what stands in braces: all that a scene has."""
-    def inline(value: Any) -> str:
-        if isinstance(value, dict):
-            return "{ " + ", ".join(f"{key} = {inline(entry)}" for key, entry in value.items()) + " }"
-        return json.dumps(value)
-
-    def lines(table: Scene) -> str:
-        return "".join(f"{key} = {inline(value)}\n" for key, value in table.items())
-    text = lines({key: value for key, value in scene.items() if not isinstance(value, (dict, list))})
-    for key, value in scene.items():
-        for table in value if isinstance(value, list) else [value] if isinstance(value, dict) else []:
-            text += (f"\n[[{key}]]\n" if isinstance(value, list) else f"\n[{key}]\n") + lines(table)
-    return text
-
-
 def precompute(scene: Scene, folder: Path, *options: str) -> dict[str, Any]:
     """Tables of the scene in `folder`, made anew; its summary. The scene's file stands beside it. Raises LabError with
     what the program says."""
     file = folder.with_suffix(".toml")
-    write_file(file, to_toml(scene))
+    write_file(file, tomli_w.dumps(scene))
     ended = subprocess.run([build() / "bin/haptable-precompute", file, "-o", folder, "--force", "--quiet", *options],
                            stderr=subprocess.PIPE, text=True, check=False)
     if ended.returncode != 0:

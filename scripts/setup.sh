@@ -19,7 +19,7 @@ packages_of() {
     test) echo libgtest-dev python3-pytest python3-numpy python3-venv python3-cffi python3-jsonschema clang libclang-rt-14-dev lld libjs-three chromium ffmpeg locales ;;
     lint) echo git python3 clang-format clang-tidy cppcheck universal-ctags ;;
     bench) echo libbenchmark-dev ;;
-    lab) echo calculix-ccx cmark-gfm python3-numpy python3-scipy python3-pandas python3-matplotlib python3-meshio python3-cffi python3-pytest python3-venv ;; # lab/: pages and figures
+    lab) echo calculix-ccx cmark-gfm python3-numpy python3-scipy python3-pandas python3-matplotlib python3-meshio python3-tomli-w python3-cffi python3-pytest python3-venv ;; # lab/: pages and figures
     figures) echo ffmpeg chromium ;;
     cross) echo python3 gcc-arm-none-eabi gcc-riscv64-unknown-elf qemu-system-arm qemu-system-misc llvm ;; # microcontrollers
     bare) echo mmdebstrap ;; # a Debian of its own, where nobody has been

@@ -6,7 +6,7 @@ import shutil
 import numpy as np
 import pytest
 
-from lab import scenes, stiffening
+from lab import stiffening
 from lab.stiffening import Curve, Finger
 
 needs_ccx = pytest.mark.skipif(shutil.which("ccx") is None, reason="ccx: sh scripts/setup.sh lab")
@@ -20,11 +20,6 @@ def test_a_force_is_the_linear_one_times_the_curves():
     u = np.array([0.0, 0.0, -np.sqrt(2.0 * 0.5e-3 / 400.0)])
     assert finger.force(u, None) == pytest.approx(400.0 * u)
     assert finger.force(u, curve) == pytest.approx(400.0 * curve.factor(0.5e-3) * u)
-
-
-def test_a_law_stands_in_a_scene_file_as_the_program_reads_it(tmp_path, build):
-    scene = stiffening.stiffening_scene("cube")
-    assert "stiffening = { yeoh = [5.0, 0.0] }" in scenes.to_toml(scene)
 
 
 @needs_ccx
