@@ -2,7 +2,6 @@
 """What the contact modes feel like and cost, for docs/CONTACT.md, and curves for its plots: `make bench`, `make
 figures`. Beside proxies, haptable-contact times ticks itself."""
 
-import functools
 import json
 import zlib
 from collections.abc import Callable
@@ -13,7 +12,7 @@ import numpy as np
 
 from lab import binding, build, say, scenes
 from lab.error import FORCES, GOD_OBJECTS, in_contact, time_ticks
-from lab.numbers import Topic, Topics, count, error_of, number, table, write_file, write_topics
+from lab.numbers import Topic, Topics, count, error_of, number, table, write_topics
 from lab.reference import Array
 from lab.scenes import Scene, touched, vary
 from lab.specimens import cube_scene
@@ -26,17 +25,17 @@ _UP = np.array([0.0, 0.0, 1.0])
 
 # ---- bodies: scenes in every mode, computed once. Their forces are the body's own: no limit cuts them --------------
 
-@functools.lru_cache(None)
-def _made(scene: str) -> Path:
-    """scene: in JSON."""
-    whole = json.loads(scene)
-    folder = build() / "contact" / f"{whole['name']}-{whole['contact']['force']}-{zlib.crc32(scene.encode()):08x}"
-    scenes.precompute(whole, folder)
-    return folder
+_MADE: set[Path] = set()
 
 
 def folder_of(scene: Scene) -> Path:
-    return _made(json.dumps(scene))
+    """Of its tables."""
+    identity = zlib.crc32(json.dumps(scene).encode())
+    folder = build() / "contact" / f"{scene['name']}-{scene['contact']['force']}-{identity:08x}"
+    if folder not in _MADE:
+        scenes.precompute(scene, folder)
+        _MADE.add(folder)
+    return folder
 
 
 def with_tool(scene: Scene, radius: float) -> Path:
@@ -116,7 +115,7 @@ def curves() -> Array:
     at, stiffness = stiffness_along_a_line()
     for name, rows in (("line", np.column_stack([at, stiffness.reshape(len(at), -1)])),
                        ("loop", energy_around_a_loop()), ("edge", force_over_an_edge())):
-        write_file(build() / f"contact/{name}.dat", "".join(" ".join(f"{v:.7g}" for v in row) + "\n" for row in rows))
+        np.savetxt(build() / f"contact/{name}.dat", rows, "%.7g")
     return stiffness
 
 

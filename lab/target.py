@@ -39,10 +39,6 @@ def stacks_of(tables: Path, target: str) -> dict[str, int]:
     return {entry: int(stack) for entry, stack in (line.split() for line in found.splitlines())}
 
 
-def quantile(values: Sequence[int], fraction: float) -> int:
-    return sorted(values)[int(fraction * (len(values) - 1))]
-
-
 class Ticks:
     """Instructions of counted ticks: of all, and of those with contact before and after. Contact is that of all
     fingers; the first tick has none before it."""
@@ -59,7 +55,8 @@ class Ticks:
             if not self.sliding:
                 raise LabError("the laboratory's fingers touched nothing: no instructions were counted")
         #: Of those that slide; of 99.9 % of all; of all.
-        self.median, self.most, self.worst = quantile(self.sliding, 0.5), quantile(self.all, 0.999), max(self.all)
+        self.median, self.most, self.worst = (int(np.quantile(of, share, method="lower")) for of, share in (
+            (self.sliding, 0.5), (self.all, 0.999), (self.all, 1.0)))
 
     def require_below(self, bound: int, what: str) -> None:
         if self.worst > bound:

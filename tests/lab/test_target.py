@@ -7,7 +7,7 @@ import pytest
 
 from lab import LabError, scenes, target
 from lab.figure import ROOT
-from lab.target import Ticks, in_time, parts_in_time, quantile
+from lab.target import Ticks, in_time, parts_in_time
 
 
 def counted(*ticks):
@@ -25,10 +25,6 @@ def test_ticks_slide_with_contact_before_and_after():
     with pytest.raises(LabError, match="mode: a tick is above its bound"):
         ticks.require_below(79, "mode")
     ticks.require_below(80, "mode")
-
-
-def test_a_quantile_is_one_of_the_values():
-    assert [quantile([3, 1, 2, 4], f) for f in (0.0, 0.5, 0.999)] == [1, 2, 3]
 
 
 def test_parts_are_told_by_their_bound_or_by_what_was_counted():
