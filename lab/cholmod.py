@@ -2,6 +2,7 @@
 """CHOLMOD, the sparse Cholesky factorisation of SuiteSparse, by its C interface: SciPy has none, and its LU takes ten
 times the memory of a solid's factor."""
 
+from ctypes.util import find_library
 from typing import Any
 
 import cffi
@@ -23,6 +24,7 @@ int cholmod_start(void *);
 int cholmod_metis(cholmod_sparse *, int *, size_t, int, int *, void *);
 cholmod_factor *cholmod_analyze_p(cholmod_sparse *, int *, int *, size_t, void *);
 int cholmod_factorize(cholmod_sparse *, cholmod_factor *, void *);
+int cholmod_change_factor(int, int, int, int, int, cholmod_factor *, void *);
 cholmod_dense *cholmod_solve(int, cholmod_factor *, cholmod_dense *, void *);
 int cholmod_free_factor(cholmod_factor **, void *);
 int cholmod_free_dense(cholmod_dense **, void *);
@@ -33,12 +35,9 @@ _REAL, _LOWER, _SOLVE = 1, -1, 0
 
 
 def _library() -> Any:
-    for name in ("libcholmod.so.3", "libcholmod.so.5", "libcholmod.so"):
-        try:
-            return _ffi.dlopen(name)
-        except OSError:
-            continue
-    raise LabError("libcholmod: is not there; run sh scripts/setup.sh")
+    if (name := find_library("cholmod")) is None:
+        raise LabError("libcholmod: is not there; run sh scripts/setup.sh")
+    return _ffi.dlopen(name)
 
 
 class Factor:
@@ -60,16 +59,10 @@ class Factor:
         self._factor = _ffi.new("cholmod_factor**",
                                 self._lib.cholmod_analyze_p(matrix, order, _ffi.NULL, 0, self._common))
         self._lib.cholmod_factorize(matrix, self._factor[0], self._common)
-        if self._factor[0] == _ffi.NULL or self._factor[0].minor < self.size or not self._is_definite():
+        # A small factor is L D L^T, which a matrix that is not definite has too.
+        self._lib.cholmod_change_factor(_REAL, 1, self._factor[0].is_super, 1, 1, self._factor[0], self._common)
+        if self._factor[0].minor < self.size:
             raise LabError(f"a matrix of {self.size} unknowns is not positive definite: is the body held?")
-
-    def _is_definite(self) -> bool:
-        """A small factor is L D L^T, which a matrix that is not definite has too."""
-        f = self._factor[0]
-        if f.is_super or f.is_ll:
-            return True
-        first = np.frombuffer(_ffi.buffer(f.p, 4 * self.size), np.int32)
-        return bool((np.frombuffer(_ffi.buffer(f.x, 8 * f.nzmax))[first] > 0.0).all())
 
     def __del__(self) -> None:
         if hasattr(self, "_factor"):
