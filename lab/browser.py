@@ -31,8 +31,8 @@ _NUMBERS = {"Tab": 9, "ArrowLeft": 37, "ArrowUp": 38, "ArrowRight": 39}
 class Browser:
     """A browser with one page, ended by close. What goes wrong in it is raised as LabError."""
 
-    def __init__(self, *words: str, width: int = 1280, height: int = 800) -> None:
-        """words: more of its command line, as "--disable-3d-apis"; width, height: of the page, CSS pixels."""
+    def __init__(self, *words: str) -> None:
+        """words: more of its command line, as "--disable-3d-apis"."""
         self.complaints: list[dict[str, Any]] = []  #: errors, and warnings of the console
         self.requests: list[str] = []  #: URLs, but blob: and data:
         self._profile = tempfile.mkdtemp(prefix="haptable-browser-")
@@ -41,7 +41,7 @@ class Browser:
         # The browser reads from descriptor 3 and writes to 4.
         self._process = subprocess.Popen(
             ["sh", "-c", 'exec "$@" 3<&0 4>&1 </dev/null >/dev/null', "sh", PROGRAM, *_OPTIONS,
-             f"--user-data-dir={self._profile}", f"--window-size={width},{height}",
+             f"--user-data-dir={self._profile}", "--window-size=1280,800",
              *(["--no-sandbox"] if os.getuid() == 0 else []), *words],  # root has no sandbox
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, start_new_session=True)
         assert self._process.stdin and self._process.stdout
@@ -50,7 +50,7 @@ class Browser:
         self._session = self.command("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         for domain in ("Page", "Runtime", "Network", "Log"):
             self.command(f"{domain}.enable")
-        self.resize(width, height)
+        self.resize(1280, 800)
 
     def close(self) -> None:
         with contextlib.suppress(ProcessLookupError):

@@ -15,10 +15,10 @@ import numpy as np
 from lab import LabError
 from lab.reference import Array, Indices, Tetrahedra
 
-_MM, _MPA = 1e3, 1e-6
+MM, MPA = 1e3, 1e-6
 
 
-def _line(*values: Any) -> str:
+def line(*values: Any) -> str:
     """Of a card: reals with all their digits."""
     return ",".join(f"{v:.13g}" if isinstance(v, float) else str(v) for v in values)
 
@@ -39,28 +39,28 @@ class Deck:
 
     def model(self) -> str:
         """Nodes, elements, material and what is held."""
-        lines = ["*NODE, NSET=NALL", *(_line(i, *x) for i, x in enumerate((_MM * self.x).tolist(), 1)),
+        lines = ["*NODE, NSET=NALL", *(line(i, *x) for i, x in enumerate((MM * self.x).tolist(), 1)),
                  f"*ELEMENT, TYPE=C3D{self.elements.shape[1]}, ELSET=EALL",
-                 *(_line(e, *nodes) for e, nodes in enumerate((self.elements + 1).tolist(), 1)),
+                 *(line(e, *nodes) for e, nodes in enumerate((self.elements + 1).tolist(), 1)),
                  "*NSET, NSET=HELD", *(f"{node}," for node in (self.held + 1).tolist())]
         lines += [self.sections.rstrip("\n")] if self.sections else [
             "*MATERIAL, NAME=BODY", *self._material(), "*SOLID SECTION, ELSET=EALL, MATERIAL=BODY"]
         return "\n".join(lines + (["*BOUNDARY", "HELD,1,3"] if len(self.held) else [])) + "\n"
 
     def _material(self) -> list[str]:
-        e, nu = _MPA * self.young, self.poisson
+        e, nu = MPA * self.young, self.poisson
         if not self.large_strain:
-            return ["*ELASTIC", _line(e, nu)]
+            return ["*ELASTIC", line(e, nu)]
         mu, kappa = e / (2.0 * (1.0 + nu)), e / (3.0 * (1.0 - 2.0 * nu))
         if any(self.yeoh):
             higher = (0.5 * mu * ratio for ratio in self.yeoh)
-            return ["*HYPERELASTIC, YEOH", _line(0.5 * mu, *higher, 2.0 / kappa, 0.0, 0.0)]
-        return ["*HYPERELASTIC, NEO HOOKE", _line(0.5 * mu, 2.0 / kappa)]
+            return ["*HYPERELASTIC, YEOH", line(0.5 * mu, *higher, 2.0 / kappa, 0.0, 0.0)]
+        return ["*HYPERELASTIC, NEO HOOKE", line(0.5 * mu, 2.0 / kappa)]
 
     def step(self, forces: Array) -> str:
         at = np.flatnonzero(forces.any(1))
         lines = ["*STEP" + (", NLGEOM, INC=200" if self.large_strain else ""), "*STATIC", "*CLOAD, OP=NEW"]
-        lines += [_line(node + 1, c + 1, forces[node, c]) for node in at for c in range(3)]
+        lines += [line(node + 1, c + 1, forces[node, c]) for node in at for c in range(3)]
         # Of the increments the last alone is printed.
         return "\n".join(lines) + "\n" + self.loads + "*NODE PRINT, NSET=NALL, FREQUENCY=1000\nU\n*END STEP\n"
 
@@ -70,10 +70,9 @@ def deck_of(body: Tetrahedra, young: float, poisson: float, large_strain: bool =
     return Deck(body.x, body.elements, body.held, young, poisson, large_strain)
 
 
-def _results(text: str, folder: Path, parse: Callable[[str], list[Any]], wanted: int,
-             least: int | None = None) -> list[Any]:
-    """What `parse` finds in what ccx prints of this deck. Raises LabError where ccx is missing, or where it ends with
-    less than was wanted, or than `least`."""
+def results(text: str, folder: Path, parse: Callable[[str], list[Any]], least: int) -> list[Any]:
+    """What `parse` finds in what ccx prints of this deck. Raises LabError where ccx is missing, or where it finds less
+    than `least`."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "job.inp").write_text(text, encoding="utf-8")
     result = folder / "job.dat"
@@ -84,8 +83,8 @@ def _results(text: str, folder: Path, parse: Callable[[str], list[Any]], wanted:
     except FileNotFoundError as error:
         raise LabError("ccx: is not there; run sh scripts/setup.sh lab") from error
     found = parse(result.read_text(encoding="utf-8") if result.exists() else "")
-    if len(found) < (wanted if least is None else least):
-        raise LabError(f"ccx ended with {status} and {len(found)} of {wanted} results; see {folder / 'job.log'}")
+    if len(found) < least:
+        raise LabError(f"ccx ended with {status} and {len(found)} of {least} results; see {folder / 'job.log'}")
     return found
 
 
@@ -98,53 +97,13 @@ def _blocks(quantity: str) -> Callable[[str], list[Array]]:
 def displacements(deck: Deck, loads: Sequence[Array], folder: Path) -> list[Array]:
     """[N, 3] m after each load [N, 3] N, one after the other. At large strain it may end before the last load: there
     are fewer results then. Raises LabError where ccx is missing or ends without a result."""
-    results = []
-    for cells in _results(deck.model() + "".join(map(deck.step, loads)), folder, _blocks("displacements"), len(loads),
-                          1 if deck.large_strain else None):
+    found = []
+    for cells in results(deck.model() + "".join(map(deck.step, loads)), folder, _blocks("displacements"),
+                         1 if deck.large_strain else len(loads)):
         moved = np.zeros_like(deck.x)
-        moved[cells[:, 0].astype(int) - 1] = cells[:, 1:] / _MM
-        results.append(moved)
-    return results
-
-
-@dataclass(frozen=True)
-class Rigid:
-    """A rigid tool: nodes that move as they are told."""
-
-    x: Array  #: [n, 3] m
-    triangles: Indices  #: [m, 3] that touch, counter-clockwise from outside
-
-    def cards(self, deck: Deck, touched: Indices, stiffness: float) -> str:
-        """Wedges behind its triangles, and a contact without friction with these nodes of the body; N/mm^3."""
-        first, count = len(deck.x) + 1, len(self.x)
-        normal = np.zeros_like(self.x)
-        corner = self.x[self.triangles]
-        np.add.at(normal, self.triangles, np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])[:, None])
-        thick = 0.1 * np.ptp(self.x, axis=0).max()
-        behind = self.x - thick * normal / np.linalg.norm(normal, axis=1)[:, None]
-        elements = range(len(deck.elements) + 1, len(deck.elements) + 1 + len(self.triangles))
-        lines = ["*NODE, NSET=TOOL",
-                 *(_line(first + i, *x) for i, x in enumerate((_MM * np.vstack([self.x, behind])).tolist())),
-                 "*ELEMENT, TYPE=C3D6, ELSET=ETOOL",
-                 *(_line(e, *(first + count + k for k in t), *(first + k for k in t))
-                   for e, t in zip(elements, self.triangles.tolist())),
-                 "*MATERIAL, NAME=RIGID", "*ELASTIC", "1,0.3", "*SOLID SECTION, ELSET=ETOOL, MATERIAL=RIGID",
-                  "*NSET, NSET=TOUCHED", *(f"{node}," for node in (touched + 1).tolist()),
-                  "*SURFACE, NAME=BODY, TYPE=NODE", "TOUCHED,", "*SURFACE, NAME=FACE", *(f"{e}, S2" for e in elements),
-                  "*SURFACE INTERACTION, NAME=HARD", "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR",
-                  _line(stiffness, 1e-9), "*CONTACT PAIR, INTERACTION=HARD, TYPE=NODE TO SURFACE", "BODY, FACE"]
-        return "\n".join(lines) + "\n"
-
-
-def pressing(deck: Deck, tool: Rigid, touched: Indices, moves: Array, folder: Path, stiffness: float = 10.0) -> Array:
-    """[k, 3] N on the tool after each of its moves [k, 3] m, one after the other. stiffness: N/mm^3 of the contact, far
-    above the body's modulus over its size. Raises LabError where ccx does not come to the end."""
-    steps = ["*STEP, INC=100\n*STATIC\n1., 1., 1e-4, 1.\n*BOUNDARY\n" +
-             "".join(_line("TOOL", c, c, _MM * part) + "\n" for c, part in enumerate(move, 1)) +
-             "*NODE PRINT, NSET=HELD, TOTALS=ONLY, FREQUENCY=1000\nRF\n*END STEP\n" for move in moves.tolist()]
-    totals = _results(deck.model() + tool.cards(deck, touched, stiffness) + "".join(steps), folder,
-                      lambda text: re.findall(r"total force.*\n\s*\n(.*)", text), len(moves))
-    return np.array([line.split() for line in totals], float)
+        moved[cells[:, 0].astype(int) - 1] = cells[:, 1:] / MM
+        found.append(moved)
+    return found
 
 
 def forces(deck: Deck, nodes: Indices, weights: Array, moved: Sequence[Array], folder: Path) -> list[Array]:
@@ -154,12 +113,12 @@ def forces(deck: Deck, nodes: Indices, weights: Array, moved: Sequence[Array], f
     first = np.argsort(-weights, kind="stable")  # the first term is what CalculiX eliminates
     lines = [f"*NODE, NSET=REF\n{reference},0,0,0"]
     for c in (1, 2, 3):
-        lines += [f"*EQUATION\n{len(nodes) + 1}", *(_line(nodes[k] + 1, c, weights[k]) for k in first),
+        lines += [f"*EQUATION\n{len(nodes) + 1}", *(line(nodes[k] + 1, c, weights[k]) for k in first),
                   f"{reference},{c},-1"]
     lines += ["*NSET, NSET=PRESSED", *(f"{node + 1}," for node in nodes)]
     for u in moved:
         lines += ["*STEP, NLGEOM, INC=200\n*STATIC\n*BOUNDARY",
-                  *(_line(reference, c, c, _MM * by) for c, by in enumerate(u, 1)),
+                  *(line(reference, c, c, MM * by) for c, by in enumerate(u, 1)),
                   "*NODE PRINT, NSET=PRESSED, FREQUENCY=1000\nRF\n*END STEP"]
-    cells = _results(deck.model() + "\n".join(lines) + "\n", folder, _blocks("forces"), len(moved), 1)
+    cells = results(deck.model() + "\n".join(lines) + "\n", folder, _blocks("forces"), 1)
     return [one[:, 1:].sum(0) for one in cells]

@@ -258,9 +258,9 @@ def inversion_tables(raw: Raw) -> Topics:
     return {**topics, **({"inversion-growth": growth(cubes)} if len(cubes) > 1 else {})}
 
 
-def inversion(out: Path, sides: str = "12,20,25,32,40") -> None:
-    """How the inversion grows, and its errors. sides: cubes of so many nodes a side."""
-    write_topics(out, inversion_tables(told("haptable-bench-inversion", "--sides", sides, "--scene",
+def inversion(out: Path) -> None:
+    """How the inversion grows, and its errors."""
+    write_topics(out, inversion_tables(told("haptable-bench-inversion", "--sides", "12,20,25,32,40", "--scene",
                                             "meshes/mouse.toml")))
 
 

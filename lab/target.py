@@ -2,7 +2,7 @@
 """Instructions of a tick on microcontrollers, and what a scene pays for what it names (docs/COSTS.md, docs/data): `make
 bench` calls this when images are made."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
