@@ -3,7 +3,6 @@
 adds to what LCM and the kernel take. `make bench-realtime`."""
 
 import os
-import resource
 import signal
 import subprocess
 import tempfile
@@ -52,10 +51,8 @@ def times_of(sent: Sequence[int], answered: Sequence[int]) -> Times:
 def _processor_time() -> tuple[float, float, float]:
     """s of all processors; busy, a virtual machine's stolen time too; of this program and its children that ended."""
     user, nice, system, idle, wait, *rest = map(int, Path("/proc/stat").read_text().split("\n")[0].split()[1:9])
-    ours = sum(used.ru_utime + used.ru_stime for used in map(resource.getrusage, (resource.RUSAGE_SELF,
-                                                                                  resource.RUSAGE_CHILDREN)))
     tick, busy = 1.0 / os.sysconf("SC_CLK_TCK"), user + nice + system + sum(rest)
-    return (busy + idle + wait) * tick, busy * tick, ours
+    return (busy + idle + wait) * tick, busy * tick, sum(os.times()[:4])
 
 
 @dataclass
@@ -72,15 +69,13 @@ def _end(program: subprocess.Popen[bytes], what: str) -> None:
     try:
         program.wait(10)
     except subprocess.TimeoutExpired as error:
-        program.kill()
         raise LabError(f"{what}: does not end") from error
 
 
 def _kill(*programs: subprocess.Popen[bytes]) -> None:
     for program in programs:
-        if program.poll() is None:
-            program.kill()
-            program.wait()
+        program.kill()
+        program.wait()
 
 
 def session(partner: Sequence[object], scene: Path, seconds: float) -> Session:

@@ -6,6 +6,7 @@ import json
 import re
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 from lab import LabError
@@ -13,12 +14,8 @@ from lab import LabError
 Json = dict[str, Any]
 
 
-class Keys:
-    """The table of keys, as haptable-keys prints it."""
-
-    def __init__(self, table: Json):
-        self.sections, self.keys, self.rules = table["sections"], table["keys"], table["rules"]
-        self.defaults, self.modulus = table["defaults"], table["modulus"]
+class Keys(SimpleNamespace):
+    """The table of keys, as haptable-keys prints it: sections, keys, rules, defaults, modulus."""
 
     def section(self, name: str) -> Json:
         """Raises LabError where there is none."""
@@ -52,11 +49,9 @@ def _default_text(key: Json) -> str:
         return "required"
     if key["fallback_text"] or value is None:
         return key["fallback_text"]
-    if isinstance(value, list):
-        return f"[{', '.join(f'{one:g}' for one in value)}]"
     if isinstance(value, (bool, str)):
         return f"`{json.dumps(value)}`"
-    return str(value) if isinstance(value, int) else f"{value:g}"
+    return f"[{', '.join(f'{one:g}' for one in value)}]" if isinstance(value, list) else f"{value:.9g}"
 
 
 def _meaning(key: Json) -> str:
@@ -230,7 +225,7 @@ def schema_text(keys: Keys) -> str:
 
 def main() -> None:
     page, schema = (Path(name) for name in sys.argv[1:])
-    keys = Keys(json.load(sys.stdin))
+    keys = Keys(**json.load(sys.stdin))
     page.write_text(with_keys(keys, page.read_text(encoding="utf-8")), encoding="utf-8")
     schema.write_text(schema_text(keys), encoding="utf-8")
 

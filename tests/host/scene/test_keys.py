@@ -15,7 +15,7 @@ ANEW = "differs from host/scene/keys.cpp: make scene-keys writes it anew"
 
 @pytest.fixture(scope="module")
 def keys():
-    return Keys(json.loads(done(str(BUILT / "bin/haptable-keys"))))
+    return Keys(**json.loads(done(str(BUILT / "bin/haptable-keys"))))
 
 
 def test_the_page_has_them_all(keys):
