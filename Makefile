@@ -22,7 +22,7 @@ $(call as_given,SCENE)
 
 # Debian's, which has the packages of scripts/setup.sh's set lab; another one needs lab/requirements.txt.
 LAB_PYTHON ?= /usr/bin/python3
-LAB = $(LAB_PYTHON) -m lab --build $(BUILD)
+LAB = env BUILD=$(BUILD) $(LAB_PYTHON) -m lab
 
 CC = gcc
 CXX = g++

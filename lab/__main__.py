@@ -4,7 +4,6 @@
 import argparse
 import importlib
 import inspect
-import os
 import sys
 import typing
 
@@ -36,13 +35,11 @@ def add_arguments(parser: argparse.ArgumentParser, function: typing.Any) -> None
 
 def main() -> int:
     parser = argparse.ArgumentParser(prog="lab", description="What compares, plots and writes the pages.",
-                                     epilog=f"COMMAND is one of {', '.join(COMMANDS)}; COMMAND --help tells more.")
-    parser.add_argument("--build", default=str(build()), metavar="DIR",
-                        help="where programs and scenes are made (default: $BUILD, else build)")
+                                     epilog=f"COMMAND is one of {', '.join(COMMANDS)}; COMMAND --help tells more. "
+                                            "$BUILD, or build, is where programs and scenes are made.")
     parser.add_argument("command", choices=COMMANDS, metavar="COMMAND")
     parser.add_argument("arguments", nargs=argparse.REMAINDER)
     options = parser.parse_args()
-    os.environ["BUILD"] = options.build
     sys.path.append(str((build() / "lab/site").resolve()))  # scikit-fem: make lab
     module = importlib.import_module(f"lab.{MODULES.get(options.command, options.command)}")
     function = getattr(module, options.command if options.command in MODULES else "make")

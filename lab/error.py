@@ -291,10 +291,9 @@ def derived(points: list[list[Any]]) -> Topics:
 
 # ---- topics --------------------------------------------------------------------------------------------------------
 
-def make(out: Path, numbers: Path = Path("docs/numbers.json"), quick: bool = False) -> None:
-    """Error against the body of every configuration, and what it costs. numbers: where the truth is; quick: coarse
-    meshes only."""
-    topics, points, contacts = read_numbers(numbers), [], []
+def make(out: Path, quick: bool = False) -> None:
+    """Error against the body of every configuration, and what it costs. quick: coarse meshes only."""
+    topics, points, contacts = read_numbers(), [], []
     for specimen in specimens(quick, build() / "error"):
         truths = truth_of(topics, specimen.name)
         for meshed in specimen.meshes:
