@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from lab import LabError
-from lab.reference import Array, Indices, Tetrahedra
+from lab.reference import Array, Indices
 
 MM, MPA = 1e3, 1e-6
 
@@ -28,7 +28,7 @@ class Deck:
     """A body as CalculiX is told of it."""
 
     x: Array  #: [N, 3] m
-    elements: Indices  #: [t, 4] (C3D4) or [t, 10] (C3D10)
+    elements: Indices  #: [t, 4] (C3D4) or [t, 10] (C3D10): in scikit-fem's order, and VTK's
     held: Indices
     young: float
     poisson: float
@@ -65,11 +65,6 @@ class Deck:
         return "\n".join(lines) + "\n" + self.loads + "*NODE PRINT, NSET=NALL, FREQUENCY=1000\nU\n*END STEP\n"
 
 
-def deck_of(body: Tetrahedra, young: float, poisson: float, large_strain: bool = False) -> Deck:
-    """The elements that scikit-fem solved, whose nodes are in CalculiX's order."""
-    return Deck(body.x, body.elements, body.held, young, poisson, large_strain)
-
-
 def results(text: str, folder: Path, parse: Callable[[str], list[Any]], least: int) -> list[Any]:
     """What `parse` finds in what ccx prints of this deck. Raises LabError where ccx is missing, or where it finds less
     than `least`."""
@@ -89,7 +84,7 @@ def results(text: str, folder: Path, parse: Callable[[str], list[Any]], least: i
 
 
 def _blocks(quantity: str) -> Callable[[str], list[Array]]:
-    """Rows of number, x, y, z of each step that prints this quantity."""
+    """Rows of number, x, y, z, in order of the numbers, of each step that prints this quantity."""
     return lambda text: [np.array(block.split(), float).reshape(-1, 4)
                          for block in re.split(rf"^.*{quantity}.*$", text, flags=re.M)[1:]]
 
@@ -97,13 +92,8 @@ def _blocks(quantity: str) -> Callable[[str], list[Array]]:
 def displacements(deck: Deck, loads: Sequence[Array], folder: Path) -> list[Array]:
     """[N, 3] m after each load [N, 3] N, one after the other. At large strain it may end before the last load: there
     are fewer results then. Raises LabError where ccx is missing or ends without a result."""
-    found = []
-    for cells in results(deck.model() + "".join(map(deck.step, loads)), folder, _blocks("displacements"),
-                         1 if deck.large_strain else len(loads)):
-        moved = np.zeros_like(deck.x)
-        moved[cells[:, 0].astype(int) - 1] = cells[:, 1:] / MM
-        found.append(moved)
-    return found
+    return [cells[:, 1:] / MM for cells in results(deck.model() + "".join(map(deck.step, loads)), folder,
+                                                   _blocks("displacements"), 1 if deck.large_strain else len(loads))]
 
 
 def forces(deck: Deck, nodes: Indices, weights: Array, moved: Sequence[Array], folder: Path) -> list[Array]:

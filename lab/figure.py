@@ -32,10 +32,6 @@ def thing_colors() -> dict[str, str]:
     return {name: "#" + color for name, color in re.findall(r"^COLOR\((\w+), 0x([0-9a-f]{6}),", text, re.M)}
 
 
-class Unshown(LabError):
-    """A figure that does not show what it is about."""
-
-
 class Figure:
     """A figure by its name. `must` refuses it; `save` writes NAME.svg and NAME.pdf into a folder, or neither."""
 
@@ -44,9 +40,9 @@ class Figure:
         self.figure: Any = None
 
     def must(self, condition: bool, what: str) -> None:
-        """Raises Unshown, "NAME: is to show WHAT", unless `condition`. A comparison with NaN is no."""
+        """Raises LabError, "NAME: is to show WHAT", unless `condition`. A comparison with NaN is no."""
         if not condition:
-            raise Unshown(f"{self.name}: is to show {what}")
+            raise LabError(f"{self.name}: is to show {what}")
 
     def axes(self, rows: int = 1, columns: int = 1, *, width: float, height: float, **more: Any) -> Any:
         """Axes of a new figure of `width` x `height` inches: one, or an array."""
@@ -130,8 +126,6 @@ def thinned(axes: Any, x: Any, y: Any, apart: float, taken: list[tuple[float, fl
             taken.append((px, py))
             kept.append(k)
     return kept
-
-
 
 
 def _crossed(axes: Any, box: Any) -> bool:

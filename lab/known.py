@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from lab import say, scenes
-from lab.calculix import deck_of, displacements
+from lab.calculix import Deck, displacements
 from lab.numbers import Topic, error_of, number, percent, table
 from lab.reference import Array, Bricks, Footprint, Mesh, Solid, Tetrahedra, graded, hertz, uniform
 from lab.scenes import Scene, vary
@@ -137,14 +137,16 @@ def against_c3d4(scene: Scene, folder: Path) -> tuple[Mesh, Array, float]:
     mesh = read_vtu(folder / "mesh.vtu")
     forces = pulled_apart(np.load(folder / "node_id.npy"), len(mesh.x))
     body = reference(scene, mesh, quadratic=False)
-    theirs = displacements(deck_of(body, **scene["material"]), [forces], folder / "ccx")[0]
+    deck = Deck(body.x, body.elements, body.held, **scene["material"])
+    theirs = displacements(deck, [forces], folder / "ccx")[0]
     return mesh, forces, largest_difference(theirs, by_columns(folder, forces))
 
 
 def against_c3d10(scene: Scene, mesh: Mesh, forces: Array, folder: Path) -> float:
     body = reference(scene, mesh)
     all_forces = np.vstack([forces, np.zeros((len(body.x) - len(mesh.x), 3))])
-    theirs = displacements(deck_of(body, **scene["material"]), [all_forces], folder)[0]
+    deck = Deck(body.x, body.elements, body.held, **scene["material"])
+    theirs = displacements(deck, [all_forces], folder)[0]
     return largest_difference(theirs, body.solve(all_forces))
 
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from lab import say
-from lab.calculix import deck_of, displacements
+from lab.calculix import Deck, displacements
 from lab.numbers import Topics, number, table
 from lab.reference import Array, Footprint, Tetrahedra, lame
 from lab.scenes import Scene
@@ -89,8 +89,8 @@ def pull(body: Tetrahedra, material: dict[str, float], shares: Array, way: Array
     that is what does work. Where the body gives way aside too, the two directions are not one."""
     n_per_m = np.linalg.solve(body.compliances([shares])[0], way)
     loads = [np.outer(shares, step * level * n_per_m) for level in range(1, _LEVELS + 1)]
-    felt = []
-    for level, moved in enumerate(displacements(deck_of(body, **material, large_strain=True), loads, folder), 1):
+    felt, deck = [], Deck(body.x, body.elements, body.held, **material, large_strain=True)
+    for level, moved in enumerate(displacements(deck, loads, folder), 1):
         u = float(shares @ (moved @ n_per_m) / (way @ n_per_m))
         felt.append((u, step * level / u))
     return felt

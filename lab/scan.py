@@ -16,13 +16,12 @@ NODES = 3000  # to be filled with
 
 def noisy(x: Array, patches: Indices, share: float) -> Array:
     """Nodes of a surface, moved along their normals by up to `share` of their shortest edge, either way."""
-    a, b, c = (x[patches[:, k]] for k in range(3))
+    corner, following = x[patches], np.roll(patches, -1, 1)
     normals, shortest = np.zeros_like(x), np.full(len(x), np.inf)
-    for k in range(3):
-        np.add.at(normals, patches[:, k], np.cross(b - a, c - a))
-        edge = np.linalg.norm(x[patches[:, k]] - x[patches[:, (k + 1) % 3]], axis=1)
-        for end in (k, (k + 1) % 3):
-            np.minimum.at(shortest, patches[:, end], edge)
+    np.add.at(normals, patches, np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])[:, None])
+    edges = np.linalg.norm(corner - x[following], axis=2)
+    np.minimum.at(shortest, patches, edges)
+    np.minimum.at(shortest, following, edges)
     moved, nodes = x.copy(), np.unique(patches)
     # A number in [0, 1) of 64 bits of MT19937, the low 32 first, as C++'s uniform_real_distribution has it.
     low, high = np.random.RandomState(1)._bit_generator.random_raw(2 * len(nodes)).reshape(-1, 2).T.astype(float)

@@ -14,7 +14,7 @@ import pytest
 from programs import write_program
 
 from lab import LabError, drawings, figure, figures, plots
-from lab.figure import Figure, Unshown
+from lab.figure import Figure
 from lab.numbers import read_numbers
 
 NUMBERS = read_numbers(figure.ROOT / "docs/numbers.json")
@@ -28,7 +28,7 @@ def drawn(this: Figure, folder: Path) -> str:
 
 
 def refused(what: str, draw, *arguments) -> None:
-    with pytest.raises(Unshown, match="is to show " + what):
+    with pytest.raises(LabError, match="is to show " + what):
         draw(*arguments)
 
 
