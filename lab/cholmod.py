@@ -88,8 +88,5 @@ class Factor:
 
 def one_thread() -> None:
     """From here on the BLAS of this process computes in one."""
-    try:
-        blas = _ffi.dlopen("libopenblas.so.0")
-    except OSError:
-        return
-    blas.openblas_set_num_threads(1)
+    if name := find_library("openblas"):
+        _ffi.dlopen(name).openblas_set_num_threads(1)
