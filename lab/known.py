@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy.linalg
+import scipy.optimize
 
 from lab import say, scenes
 from lab.calculix import Deck, displacements
@@ -74,13 +76,9 @@ _SPHERE = 100.0  # radius, of a layer of thickness 1: so flat that it is a parab
 def over_hertz(c: Array, fall: Array, chi: float, nu: float) -> float:
     """F over Hertz's, without friction: nodes under the sphere push, none pulls. c: compliance of a quarter's nodes;
     fall: the sphere's height above them where it begins to touch."""
-    depth = chi**2 / _SPHERE
-    active = np.flatnonzero(depth - fall > 0.0)
-    while True:
-        f = np.linalg.solve(c[np.ix_(active, active)], depth - fall[active])
-        if (f > 0.0).all():
-            return float(4.0 * f.sum() / (4.0 / 3.0 / (1.0 - nu**2) * np.sqrt(_SPHERE) * depth**1.5))
-        active = active[f > 0.0]
+    depth, root = chi**2 / _SPHERE, scipy.linalg.cholesky(c)
+    force, _ = scipy.optimize.nnls(root, scipy.linalg.solve_triangular(root, depth - fall, trans="T"))
+    return float(4.0 * force.sum() / (4.0 / 3.0 / (1.0 - nu**2) * np.sqrt(_SPHERE) * depth**1.5))
 
 
 def layer_over_dimitriadis(chi: float, nu: float) -> float:
