@@ -33,19 +33,14 @@ class Times:
 
 def times_of(sent: Sequence[int], answered: Sequence[int]) -> Times:
     """sent, answered: us by sequence number; 0 where it was not heard."""
-    period, latency, age, unheard = [], [], [], 0
-    newest = _BEGUN - 1  # state whose answer acts
-    for k in range(_BEGUN, len(sent)):
-        if sent[k] == 0 or sent[k - 1] == 0:
-            unheard += 1
-            continue
-        period.append(sent[k] - sent[k - 1])
-        if answered[k]:
-            latency.append(answered[k] - sent[k])
-        newest = next((j for j in range(k - 1, newest, -1) if answered[j] and answered[j] <= sent[k]), newest)
-        if sent[newest]:
-            age.append(sent[k] - sent[newest])
-    return Times(np.array(period, float), np.array(latency, float), np.array(age, float), unheard)
+    begun, end = np.array(sent, float), np.array(answered, float)
+    now, before, answer = begun[_BEGUN:], begun[_BEGUN - 1:-1], end[_BEGUN:]
+    heard = (now > 0) & (before > 0)
+    # Whose answer acts as a state is sent: the newest state's that was answered until then.
+    order = np.flatnonzero(end)[np.argsort(end[end > 0], kind="stable")]
+    newest = np.maximum.accumulate(np.append(_BEGUN - 1, order))[np.searchsorted(end[order], now, "right")]
+    return Times((now - before)[heard], (answer - now)[heard & (answer > 0)],
+                 (now - begun[newest])[heard & (begun[newest] > 0)], int((~heard).sum()))
 
 
 def _processor_time() -> tuple[float, float, float]:
