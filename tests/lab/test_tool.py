@@ -2,7 +2,6 @@
 """Rigid tools pressed into a cube: a sampled sphere beside CalculiX's contact on the same tetrahedra, kept in
 sphere.csv, and beside Hertz; a sampled flat punch and its tilt beside closed forms."""
 
-import re
 import shutil
 
 import numpy as np
@@ -10,7 +9,7 @@ import pytest
 from scipy.spatial import Delaunay
 
 from lab import binding, scenes
-from lab.calculix import MM, Deck, line, results
+from lab.calculix import Deck, pressing
 from lab.figure import ROOT
 from lab.reference import Bricks, Footprint, graded, uniform
 from lab.specimens import cube_scene, read_elements
@@ -72,31 +71,6 @@ def cap(angle, rings, around):
     polar = np.append(0.0, polar)
     aside = flat * np.sinc(polar / np.pi)[:, None]
     return RADIUS * np.column_stack([aside, -np.cos(polar)]), Delaunay(flat).simplices[:, ::-1]  # from below
-
-
-def pressing(deck, x, triangles, touched, moves, folder):
-    """[k, 3] N on a rigid tool of these points and triangles after each of its moves [k, 3] m, one after the other, in
-    contact without friction with the deck's touched nodes. The tool is wedges behind its triangles; the contact has 10
-    N/mm^3, far above the body's modulus over its size."""
-    corner, normal = x[triangles], np.zeros_like(x)
-    np.add.at(normal, triangles, np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])[:, None])
-    behind = x - 0.1 * np.ptp(x, axis=0).max() * normal / np.linalg.norm(normal, axis=1)[:, None]
-    first, elements = len(deck.x) + 1, range(len(deck.elements) + 1, len(deck.elements) + 1 + len(triangles))
-    wedges = first + np.column_stack([triangles + len(x), triangles])
-    cards = ["*NODE, NSET=TOOL", *(line(first + i, *p) for i, p in enumerate((MM * np.vstack([x, behind])).tolist())),
-             "*ELEMENT, TYPE=C3D6, ELSET=ETOOL", *(line(e, *w) for e, w in zip(elements, wedges.tolist())),
-             "*MATERIAL, NAME=RIGID", "*ELASTIC", "1,0.3", "*SOLID SECTION, ELSET=ETOOL, MATERIAL=RIGID",
-             "*NSET, NSET=TOUCHED", *(f"{node}," for node in (touched + 1).tolist()),
-             "*SURFACE, NAME=BODY, TYPE=NODE", "TOUCHED,", "*SURFACE, NAME=FACE", *(f"{e}, S2" for e in elements),
-             "*SURFACE INTERACTION, NAME=HARD", "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR", "10,1e-09",
-             "*CONTACT PAIR, INTERACTION=HARD, TYPE=NODE TO SURFACE", "BODY, FACE"]
-    for move in moves.tolist():
-        cards += ["*STEP, INC=100", "*STATIC", "1., 1., 1e-4, 1.", "*BOUNDARY",
-                  *(line("TOOL", c, c, MM * part) for c, part in enumerate(move, 1)),
-                  "*NODE PRINT, NSET=HELD, TOTALS=ONLY, FREQUENCY=1000", "RF", "*END STEP"]
-    totals = results(deck.model() + "\n".join(cards) + "\n", folder,
-                     lambda text: re.findall(r"total force.*\n\s*\n(.*)", text), len(moves))
-    return np.array([total.split() for total in totals], float)
 
 
 @pytest.mark.skipif(shutil.which("ccx") is None, reason="no ccx: sh scripts/setup.sh lab")
