@@ -3,7 +3,6 @@
 
 Ours is measured by the product's own programs and library; the body is docs/numbers.json's truth (lab.specimens)."""
 
-import json
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -38,8 +37,7 @@ _TICK_MOTION = 4e-5  # m: 40 mm/s
 def time_ticks(folders: Sequence[Path], depth: float, ticks: int, repetitions: int) -> list[dict[str, Any]]:
     """CPU time of a tick of each folder's servo, sliding round a circle, in each precision and god-object. Keys:
     precision, god_object, bytes (of the tables), tick_s (a list, all in turn)."""
-    return told("haptable-bench-ticks", *folders, "--depth", depth, "--ticks", ticks, "--repetitions", repetitions,
-                "--every")
+    return told("haptable-bench-ticks", *folders, "--depth", depth, "--ticks", ticks, "--repetitions", repetitions)
 
 
 def in_contact(body: Any, felt: Any) -> Array:
@@ -165,7 +163,7 @@ def measure_instead(specimen: Specimen, meshed: Meshed, all_truths: Sequence[Tru
     folder = _folder(meshed, "linear", "pressure-mask")
     on = Discrete(meshed.scene, folder)
     k = on.body.k.tocsr()
-    cost = json.loads((folder / "summary.json").read_text(encoding="utf-8"))["cpu_s"]
+    cost = scenes.summary_of(folder)["cpu_s"]
     assembled_s = cost["mesh"] + cost["assembly"]  # of the product's own: the same matrix
 
     def row(what: str, solve: Callable[[Array, Array], Array], flash: float, precompute_s: float) -> list[Any]:

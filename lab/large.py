@@ -2,7 +2,6 @@
 """What large bodies take, on one machine and over ranks of MPI: `make bench-large` calls this with the names of parts,
 everything built. Each part writes PART.json into build/report."""
 
-import json
 import time
 import timeit
 from collections.abc import Callable
@@ -15,7 +14,7 @@ import tomli_w
 from lab import LabError, build, elements, known, large_strain, output_of, own, say, scan, scenes, specimens, stiffening
 from lab.cholmod import one_thread
 from lab.numbers import Topic, Topics, count, error_of, number, read_numbers, seconds, table, write_file, write_topics
-from lab.scenes import touched, vary
+from lab.scenes import summary_of, touched, vary
 
 _SCANNED = Path("../shared/meshes/pepper_big.vtu")
 
@@ -27,13 +26,9 @@ def _short(value: float) -> Topic:
     return number(value, "{:.2g}" if value < 10 else "{:.0f}")
 
 
-def _summary(folder: Path) -> dict[str, Any]:
-    return json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-
-
 def _row(name: str, folder: Path, first: Path) -> list[Any]:
     """`first`: the folder of the first run of the same body."""
-    summary = _summary(folder)
+    summary = summary_of(folder)
     if summary["reused"]:
         raise LabError(f"{name}: took an earlier run's tables; compute it with --force")
     stage, factor = summary["cpu_s"], summary["factor"]
@@ -58,7 +53,8 @@ def runs_table(runs: list[tuple[str, Path]]) -> Topic:
     first: dict[str, Path] = {}
     return table("run | nodes | factor nonzeros | operations | factor CPU s | blocks CPU s | columns CPU s | "
                  "all, elapsed s | all, CPU s | peak MB | stiffness.npy: difference",
-                 [_row(name, folder, first.setdefault(_summary(folder)["body_hash"], folder)) for name, folder in runs])
+                 [_row(name, folder, first.setdefault(summary_of(folder)["body_hash"], folder))
+                  for name, folder in runs])
 
 
 # ---- what a pressure mask adds to a run, beside a dense product of as many operations --------------------------------

@@ -43,7 +43,7 @@ _SPEEDS = [
 
 
 def speed_tables(raw: Raw) -> Topics:
-    """raw: of haptable-bench."""
+    """raw: of haptable-bench; `precisions` of each scene is its summary's."""
     bodies: Raw = raw["scenes"]
 
     def median(row: str, name: str, of: str = "cpu_time") -> float:
@@ -70,7 +70,7 @@ def speed_tables(raw: Raw) -> Topics:
         ratios.append(wanted(f"force step, {large} over {small}", large_s / small_s, large_s <= 1.3 * small_s,
                              "at most 1.3"))
     precisions = {name: body["precisions"] for name, body in bodies.items()}
-    stored = [row(p, lambda name, p=p: number([precisions[name][p][key] for key in ("bytes", "worst")],
+    stored = [row(p, lambda name, p=p: number([precisions[name][p][key] for key in ("bytes", "worst_force_error")],
                                               "{:,}, {:.1e}")) for p in next(iter(precisions.values()))]
     names = " | ".join(bodies)
     return {
@@ -86,8 +86,11 @@ def speed_tables(raw: Raw) -> Topics:
 
 def speed(out: Path, repetitions: int = 9) -> None:
     """Speed of tick and picture."""
-    write_topics(out, speed_tables(told("haptable-bench", "meshes/cube.toml", "meshes/mouse.toml", "--build", build(),
-                                        "--repetitions", repetitions)))
+    raw = told("haptable-bench", "meshes/cube.toml", "meshes/mouse.toml", "--build", build(), "--repetitions",
+               repetitions)
+    for name, body in raw["scenes"].items():
+        body["precisions"] = scenes.summary_of(build() / name)["flash"]["precision"]
+    write_topics(out, speed_tables(raw))
 
 
 # ---- ticks beside peers ------------------------------------------------------------------------------------------

@@ -46,6 +46,11 @@ def touched(scene: Scene, force: str, radius: float = 0.0, **more: Any) -> Scene
     return {**scene, "contact": contact(force, radius, **more)}
 
 
+def summary_of(folder: Path) -> dict[str, Any]:
+    """What precompute told of its tables."""
+    return json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+
+
 def precompute(scene: Scene, folder: Path, *options: str) -> dict[str, Any]:
     """Tables of the scene in `folder`, made anew; its summary. The scene's file stands beside it. Raises LabError with
     what the program says."""
@@ -55,4 +60,4 @@ def precompute(scene: Scene, folder: Path, *options: str) -> dict[str, Any]:
                            stderr=subprocess.PIPE, text=True, check=False)
     if ended.returncode != 0:
         raise LabError(f"{ended.stderr.strip()} (haptable-precompute ended with status {ended.returncode})")
-    return json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    return summary_of(folder)

@@ -36,39 +36,6 @@ Eigen::Vector3d vector(const Scalar* x) {
     return Eigen::Map<const Eigen::Matrix<Scalar, 3, 1>>(x).template cast<double>();
 }
 
-/// The tables' competitor and reference: K of a scene with its factor kept, and one sparse solve for every load.
-class Solver {
-public:
-    explicit Solver(const Scene& scene)
-        : body_(make_body(scene, make_mesh(scene.mesh))),
-          factor_(assemble_free(scene, body_)),
-          force_(factor_.size(), 1) {}
-
-    /// Displacements of all free nodes, m, under the loads; valid until the next call.
-    const Eigen::MatrixXd& solve(const std::vector<NodalForce>& loads) {
-        force_.setZero();
-        for (const NodalForce& load : loads)
-            if (const Eigen::Index unknown = unknown_of(load.node); unknown >= 0)
-                force_.middleRows<3>(unknown) += vector(load.force_n.data());
-        factor_.solve(force_, moved_);
-        return moved_;
-    }
-    /// Displacement of one mesh node in the last solution, m.
-    Eigen::Vector3d displacement(std::int32_t node) const {
-        const Eigen::Index unknown = unknown_of(node);
-        return unknown < 0 ? Eigen::Vector3d::Zero() : Eigen::Vector3d(moved_.middleRows<3>(unknown));
-    }
-
-private:
-    Eigen::Index unknown_of(std::int32_t node) const {
-        return Eigen::Index{3} * body_.unknown[static_cast<std::size_t>(node)];
-    }
-
-    Body body_;
-    Factor factor_;
-    Eigen::MatrixXd force_, moved_;  // [3 unknowns, 1]
-};
-
 /// Unit forces, not along any axis, on the three nodes of a patch.
 std::vector<NodalForce> three_loads(const Tables& tables, std::size_t patch) {
     std::vector<NodalForce> loads;
@@ -80,34 +47,46 @@ std::vector<NodalForce> three_loads(const Tables& tables, std::size_t patch) {
 struct Case {
     Case(const Scene& scene, const fs::path& build)
         : name(scene.name),
-          subject(build / name),
-          solver(scene),
+          subject(unlimited(build / name)),
+          body(make_body(scene, make_mesh(scene.mesh))),
+          factor(assemble_free(scene, body)),
           deformation(subject.tables(), subject.folder()),
           painter(subject.tables(), subject.folder(), ViewOptions{}, true),
-          sliding(subject.circle(kDepth, kTicks)),
-          hovering(subject.circle(-kDepth, kTicks)),
+          sliding(circle(subject.tables(), kDepth, kTicks)),
+          hovering(circle(subject.tables(), -kDepth, kTicks)),
           loads(three_loads(subject.tables(), subject.tables().patch.size() / 2)) {}
 
+    /// The tables' competitor and reference, K's factor being kept: one sparse solve. Displacements of all free nodes.
+    const Eigen::MatrixXd& solve(const std::vector<NodalForce>& under) {
+        force_n.setZero(factor.size(), 1);
+        for (const NodalForce& load : under)
+            if (const std::int32_t unknown = body.unknown[static_cast<std::size_t>(load.node)]; unknown >= 0)
+                force_n.middleRows<3>(Eigen::Index{3} * unknown) += vector(load.force_n.data());
+        factor.solve(force_n, moved_m);
+        return moved_m;
+    }
+
     std::string name;
-    Subject subject;
-    Solver solver;
+    LoadedScene subject;
+    Body body;
+    Factor factor;
+    Eigen::MatrixXd force_n, moved_m;  ///< [3 unknowns, 1]
     Deformation deformation;
     Painter painter;
-    FingerPath sliding;
-    FingerPath hovering;
+    FingerPath sliding, hovering;
     std::vector<NodalForce> loads;
 };
 
 /// Steps along a path, over and over.
 template <FingerPath Case::*kPath>
 void step_along(benchmark::State& state, Case& with) {
-    const Subject& subject = with.subject;
+    const haptable_model& model = with.subject.model();
     const FingerPath& path = with.*kPath;
-    haptable_servo servo = subject.touched(path);
+    haptable_servo servo = touched(model, path);
     haptable_output out{};
     std::size_t tick = 0;
     for (auto _ : state) {
-        haptable_servo_step(&subject.model(), &servo, path[tick].data(), 0, &out);
+        haptable_servo_step(&model, &servo, path[tick].data(), 0, &out);
         benchmark::DoNotOptimize(out);
         tick = tick + 1 == path.size() ? 0 : tick + 1;
     }
@@ -132,12 +111,12 @@ void equation_8(benchmark::State& state, Case& with) {
 }
 
 void one_solve(benchmark::State& state, Case& with) {
-    for (auto _ : state) benchmark::DoNotOptimize(with.solver.solve(with.loads).data());
+    for (auto _ : state) benchmark::DoNotOptimize(with.solve(with.loads).data());
 }
 
 /// The finger at the path's beginning, and the loads that the servo gives for it.
 ContactFrame pressed_frame(const Case& with) {
-    haptable_servo servo = with.subject.touched(with.sliding);
+    haptable_servo servo = touched(with.subject.model(), with.sliding);
     haptable_output out{};
     haptable_servo_step(&with.subject.model(), &servo, with.sliding.front().data(), 0, &out);
     ContactFrame frame;
@@ -216,13 +195,13 @@ double force_error(const Case& with) {
         if (vertex >= tables.stiffness.size()) return tables.rigid_stiffness_n_per_m * Eigen::Matrix3d::Identity();
         return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(tables.stiffness[vertex].data());
     };
-    haptable_servo servo = with.subject.touched(with.sliding);
+    haptable_servo servo = touched(with.subject.model(), with.sliding);
     haptable_output out{};
     double worst = 0.0;
     for (const auto& finger : with.sliding) {
         haptable_servo_step(&with.subject.model(), &servo, finger.data(), 0, &out);
         if (haptable_touches(out.state) == 0)
-            throw Error(with.subject.folder().string() + ": the bench's finger lost contact: nothing was measured");
+            throw Error(with.name + ": the bench's finger lost contact: nothing was measured");
         const Eigen::Vector3d u = vector(finger.data()) - vector(out.god_object_m);
         Eigen::Vector3d force = Eigen::Vector3d::Zero();
         for (int c = 0; c < 3; ++c) force -= static_cast<double>(out.alpha[c]) * (stiffness(out.vertex[c]) * u);
@@ -240,10 +219,12 @@ double displacement_error(Case& with) {
     for (std::size_t i = 0; i < kErrorPatches; ++i) {
         const auto loads = three_loads(tables, i * tables.patch.size() / kErrorPatches);
         const auto moved = with.deformation.displace(loads);
-        with.solver.solve(loads);
+        const Eigen::MatrixXd& solved = with.solve(loads);
         double largest = 0.0, difference = 0.0;
         for (std::size_t r = 0; r < tables.row_id.size(); ++r) {
-            const Eigen::Vector3d exact = with.solver.displacement(tables.row_id[r]);
+            const std::int32_t unknown = with.body.unknown[static_cast<std::size_t>(tables.row_id[r])];
+            Eigen::Vector3d exact = Eigen::Vector3d::Zero();
+            if (unknown >= 0) exact = solved.middleRows<3>(Eigen::Index{3} * unknown);
             largest = std::max(largest, exact.norm());
             difference = std::max(difference, (vector(&moved[3 * r]) - exact).norm());
         }
@@ -254,13 +235,9 @@ double displacement_error(Case& with) {
 
 /// One scene's numbers: how fast its finger goes, and how far the servo and equation 8 are from double.
 ordered_json to_json(Case& with) {
-    ordered_json precisions;
-    for (const PrecisionError& error : with.subject.precisions())
-        precisions[word(error.precision)] = {{"bytes", error.bytes}, {"worst", error.worst}};
     return {{"speed_m_s", finger_speed(with.sliding)},
             {"force_error", force_error(with)},
-            {"displacement_error", displacement_error(with)},
-            {"precisions", precisions}};
+            {"displacement_error", displacement_error(with)}};
 }
 
 }  // namespace

@@ -5,10 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <utility>
 
-#include "codegen/codegen.hpp"
-#include "codegen/in_memory.hpp"
 #include "host/base/error.hpp"
 
 namespace haptable {
@@ -17,29 +14,15 @@ namespace {
 
 using Eigen::Vector3d;
 
-Vector3d vector(const std::array<double, 3>& x) { return {x[0], x[1], x[2]}; }
-
-/// What is measured is the body's force, not what keeps a hand safe: a finger jumps here.
-Tables unlimited(Tables tables) {
-    tables.limits = {};
-    return tables;
+Vector3d corner(const Tables& tables, std::int32_t node) {
+    return Vector3d(tables.position[static_cast<std::size_t>(node)].data());
 }
 
-}  // namespace
-
-Subject::Subject(const std::filesystem::path& folder, Tables tables)
-    : folder_(folder),
-      tables_(unlimited(std::move(tables))),
-      servo_(build_model(tables_)),
-      model_(model_in_memory(tables_, servo_)) {}
-
-std::size_t Subject::table_bytes() const { return flash_bytes(servo_); }
-
-double Subject::height(double x, double y) const {
+/// Of the uppermost patch over (x, y), m.
+double height(const Tables& tables, double x, double y) {
     double highest = -HUGE_VAL;
-    for (const auto& patch : tables_.patch) {
-        std::array<Vector3d, 3> v;
-        for (std::size_t c = 0; c < 3; ++c) v[c] = vector(tables_.position[static_cast<std::size_t>(patch[c])]);
+    for (const auto& patch : tables.patch) {
+        const std::array v{corner(tables, patch[0]), corner(tables, patch[1]), corner(tables, patch[2])};
         const auto twice_area = [&](const Vector3d& a, const Vector3d& b) {
             return (a.x() - x) * (b.y() - y) - (a.y() - y) * (b.x() - x);
         };
@@ -47,34 +30,42 @@ double Subject::height(double x, double y) const {
         if (area.sum() <= 0.0 || area.minCoeff() < 0.0) continue;  // seen from below, or beside
         highest = std::max(highest, (area[0] * v[0].z() + area[1] * v[1].z() + area[2] * v[2].z()) / area.sum());
     }
-    if (highest == -HUGE_VAL) throw Error(folder_.string() + ": no touchable patch over the bench's circle");
+    if (highest == -HUGE_VAL) throw Error(tables.name + ": no touchable patch over the bench's circle");
     return highest;
 }
 
-FingerPath Subject::circle(double depth_m, std::size_t ticks) const {
+}  // namespace
+
+SceneFiles unlimited(const TablesFolder& folder) {
+    SceneFiles files = read_scene_files(folder);
+    files.tables.limits = {};
+    return files;
+}
+
+FingerPath circle(const Tables& tables, double depth_m, std::size_t ticks) {
     Eigen::AlignedBox3d box;
-    for (const auto& patch : tables_.patch)
-        for (std::int32_t node : patch) box.extend(vector(tables_.position[static_cast<std::size_t>(node)]));
+    for (const auto& patch : tables.patch)
+        for (std::int32_t node : patch) box.extend(corner(tables, node));
     const double radius = 0.2 * std::min(box.sizes().x(), box.sizes().y());
     FingerPath path;
     for (std::size_t i = 0; i < ticks; ++i) {
         const double angle = 2.0 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(ticks);
         const double x = box.center().x() + radius * std::cos(angle);
         const double y = box.center().y() + radius * std::sin(angle);
-        const Eigen::Vector3f at = Vector3d(x, y, height(x, y) - depth_m).cast<float>();
+        const Eigen::Vector3f at = Vector3d(x, y, height(tables, x, y) - depth_m).cast<float>();
         path.push_back({at.x(), at.y(), at.z()});
     }
     return path;
 }
 
-haptable_servo Subject::touched(const FingerPath& path) const {
+haptable_servo touched(const haptable_model& model, const FingerPath& path) {
     haptable_servo servo{};
     haptable_output out{};
     haptable_servo_init(&servo);
     std::array<float, 3> above = path.front();
-    above[2] = static_cast<float>(height(static_cast<double>(above[0]), static_cast<double>(above[1]))) + 0.001F;
-    haptable_servo_step(&model_, &servo, above.data(), 0, &out);
-    haptable_servo_step(&model_, &servo, path.front().data(), 0, &out);
+    above[2] += 0.004F;  // more than any path's depth
+    haptable_servo_step(&model, &servo, above.data(), 0, &out);
+    haptable_servo_step(&model, &servo, path.front().data(), 0, &out);
     return servo;
 }
 

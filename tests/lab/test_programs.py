@@ -26,7 +26,7 @@ def _speed(step_s, solve_s):
             for row, s in rows.items() for name, value in s.items()
             for kind, v in (("iteration", 9.0), *2 * [("iteration", value)], *3 * [("aggregate", 9.0)])]
     scenes = {name: {"speed_m_s": 0.0377, "force_error": 1e-7, "displacement_error": 2e-5,
-                     "precisions": {"float32": {"bytes": 1752, "worst": 1.5e-7}}} for name in step_s}
+                     "precisions": {"float32": {"bytes": 1752, "worst_force_error": 1.5e-7}}} for name in step_s}
     return {"runs": runs, "scenes": scenes}
 
 

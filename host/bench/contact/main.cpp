@@ -16,7 +16,6 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
-#include "codegen/loaded_scene.hpp"
 #include "firmware/haptable_scene.h"
 #include "host/base/error.hpp"
 #include "host/base/program.hpp"
@@ -141,7 +140,7 @@ nlohmann::ordered_json fastest_of(const AllTouched& touched, const std::vector<F
     return all;
 }
 
-using Subjects = std::array<std::unique_ptr<Subject>, 3>;  // by force
+using Subjects = std::array<std::unique_ptr<LoadedScene>, 3>;  // by force
 
 /// The fastest that each tick in contact, and each above, was in any round, s: of the clock alone, of the peers, and of
 /// every mode.
@@ -157,9 +156,9 @@ nlohmann::ordered_json times_on(const Subjects& subjects, const std::vector<std:
             touched.emplace_back(mode.name(),
                                  servo_on(in_mode(subjects[static_cast<std::size_t>(mode.force)]->model(), mode)));
     const auto presses = pressing_in(servo_on(subjects[0]->model()), strokes);
-    const FingerPath circle = subjects[0]->circle(-kAbove_m, kRound);
+    const FingerPath round = circle(tables, -kAbove_m, kRound);
     return {{"contact", fastest_of(touched, strokes, rounds, [&](std::size_t tick) { return presses[tick] > 0; })},
-            {"above", fastest_of(touched, {circle}, rounds, [](std::size_t tick) { return tick > 0; })}};
+            {"above", fastest_of(touched, {round}, rounds, [](std::size_t tick) { return tick > 0; })}};
 }
 
 // ---- a tool --------------------------------------------------------------------------------------------------------
@@ -265,7 +264,7 @@ int main(int argc, char** argv) {
         Subjects subjects;
         if (folders.size() != subjects.size()) throw Error("DIR: give three folders, one of each force");
         for (const std::filesystem::path& folder : folders) {
-            auto subject = std::make_unique<Subject>(folder);
+            auto subject = std::make_unique<LoadedScene>(unlimited(folder));
             subjects[static_cast<std::size_t>(subject->tables().force)] = std::move(subject);
         }
         for (const auto& subject : subjects)
