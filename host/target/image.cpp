@@ -40,21 +40,17 @@ bool TargetTick::touches(std::size_t fingers) const {
 std::string TargetImage::missing() const {
     const std::string qemu = target_ == "rv32" ? "qemu-system-riscv32" : "qemu-system-arm";
     if (run_shell("command -v " + qemu + " 2>&1").status != 0) return qemu + " is not installed";
-    if (!std::filesystem::exists(elf())) return elf().string() + " is not built: make firmware TARGET=" + target_;
-    return {};
-}
-
-std::string TargetImage::address_of(const std::string& image, const std::string& symbol) const {
-    const std::filesystem::path symbols = folder_ / (image + ".sym");
-    std::istringstream lines(read_file(symbols));
-    for (std::string address, kind, name; lines >> address >> kind >> name;)
-        if (name == symbol) return "0x" + address;
-    throw Error(symbols.string() + " does not name " + symbol + ": build the image again");
+    const std::filesystem::path elf = folder_ / "replay.elf";
+    return std::filesystem::exists(elf) ? "" : elf.string() + " is not built: make firmware TARGET=" + target_;
 }
 
 std::string TargetImage::counter(const std::string& image) const {
-    return fmt::format("{}/host/target/count.so,begin={},end={}", build_.string(),
-                       address_of(image, "haptable_port_count_begin"), address_of(image, "haptable_port_count_end"));
+    constexpr std::string_view kMark = "haptable_port_count_";  // and begin, or end
+    std::istringstream lines(read_file(folder_ / (image + ".sym")));
+    std::string between;
+    for (std::string address, kind, name; lines >> address >> kind >> name;)
+        if (name.starts_with(kMark)) between += fmt::format(",{}=0x{}", name.substr(kMark.size()), address);
+    return fmt::format("{}/host/target/count.so{}", build_.string(), between);
 }
 
 /// Semihosting's command line knows no blanks or commas: names are short.

@@ -52,8 +52,6 @@ class TargetImage {
 public:
     TargetImage(std::filesystem::path build, const std::string& scene, std::string target);
 
-    const std::string& target() const { return target_; }
-    std::filesystem::path elf() const { return folder_ / "replay.elf"; }
     /// Why it cannot run here, in one line; empty when it can.
     std::string missing() const;
     /// Steps the scene of the image through the path, a millisecond a tick; a tool as measure does. Throws Error when
@@ -90,7 +88,6 @@ private:
     /// What an image writes for what it reads, and what the plugin counts where it has options.
     Written run(const std::string& image, std::string_view bytes, const std::string& plugin = {}) const;
     std::string counter(const std::string& image) const;
-    std::string address_of(const std::string& image, const std::string& symbol) const;
     /// The ticks that an image makes of a scene's bytes and a path, with their counts.
     std::vector<TargetTick> count(const std::string& image, const std::string& scene, std::string_view path,
                                   std::size_t fingers, std::size_t ticks, bool is_free) const;

@@ -16,13 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kCross = "arm-none-eabi-";
-constexpr const char* kCore = "-mthumb -mcpu=cortex-m7 -mfpu=fpv5-sp-d16 -mfloat-abi=hard";
-// As firmware/firmware.mk compiles.
-constexpr const char* kFlags =
-    "-std=c99 -ffreestanding -O2 -ffp-contract=off -fno-math-errno -fno-tree-loop-distribute-patterns "
-    "-ffunction-sections -fdata-sections -Ifirmware";
-
 // A tool's hand begins as a finger does. A display is there where its scene has one.
 constexpr const char* kMain = R"(#include <model.h>
 static HAPTABLE_MODEL_STATE state;
@@ -53,20 +46,19 @@ void _start(void) {
 }
 )";
 
-/// What a command of the shell prints. Throws Error with its first line where it fails.
-std::string output_of(const std::string& command) {
-    ShellResult ran = run_shell(command + " 2>&1");
-    if (ran.status != 0)
-        throw Error(fmt::format("cannot link the servo: \"{}\" fails: {}", command.substr(0, 60),
-                                ran.out.substr(0, ran.out.find('\n'))));
-    return std::move(ran.out);
-}
-
-/// A file as an object in `work`.
-void compile(const fs::path& tables, const fs::path& work, const fs::path& file) {
-    output_of(fmt::format("{}gcc {} {} -I{} -c {} -o {}", kCross, kCore, kFlags, shell_quoted(tables),
-                          shell_quoted(file), shell_quoted(work / (file.stem().string() + ".o"))));
-}
+// What firmware/firmware.mk compiled the objects with, but for warnings. Then bytes by section, and names.
+constexpr const char* kLink = R"(set -e
+tables={} work={} objects={}
+compile="$(sed 's/ -MMD.*//' "$objects/options") -w"
+for file in "$work/main.c" "$tables/model.c" "$tables/display.c"; do
+    [ ! -e "$file" ] || $compile -I"$tables" -c "$file" -o "$work/$(basename "$file" .c).o"
+done
+cd "$objects"
+set -- {}
+$compile -nostdlib -Wl,--gc-sections -o "$work/servo.elf" "$work"/*.o "$@" port/haptable_memory.o -lgcc
+arm-none-eabi-objcopy -O binary "$work/servo.elf" "$work/servo.bin"
+arm-none-eabi-size "$work/servo.elf" | awk 'NR == 2 {{ print $1, $2, $3 }}'
+arm-none-eabi-nm --defined-only "$work/servo.elf")";
 
 }  // namespace
 
@@ -81,28 +73,18 @@ LinkedServo link_servo(const fs::path& tables, const fs::path& objects, const st
     // Beside the tables; the linker gets it by a path from elsewhere.
     const StagedPath work(fs::absolute(tables / "linked"), StagedKind::folder);
     write_file(work.path() / "main.c", kMain);
-    for (const fs::path& file : {work.path() / "main.c", tables / "model.c", tables / "display.c"})
-        if (fs::exists(file)) compile(tables, work.path(), file);
-    const std::string elf = (work.path() / "servo.elf").string();
-    output_of(
-        fmt::format("cd {} && set -- {} && {}gcc {} "
-                    "-nostdlib -Wl,--gc-sections -o {} {}/*.o \"$@\" port/haptable_memory.o -lgcc",
-                    shell_quoted(objects), offered, kCross, kCore, shell_quoted(elf), shell_quoted(work.path())));
+    const ShellResult ran =
+        run_shell(fmt::format(kLink, shell_quoted(tables), shell_quoted(work.path()), shell_quoted(objects), offered));
+    if (ran.status != 0) throw Error("cannot link the servo with the tables of " + tables.string());
     LinkedServo linked;
-    std::istringstream sizes(output_of(fmt::format("{}size -A {}", kCross, shell_quoted(elf))));
-    for (std::string line; std::getline(sizes, line);) {
-        std::istringstream words(line);
-        std::string section;
-        std::size_t bytes = 0;
-        if (!(words >> section >> bytes) || section.front() != '.') continue;
-        if (section == ".text" || section == ".rodata" || section == ".data") linked.flash += bytes;
-        if (section == ".data" || section == ".bss") linked.ram += bytes;
-    }
-    output_of(fmt::format("{}objcopy -O binary {} {}", kCross, shell_quoted(elf), shell_quoted(elf + ".bin")));
-    linked.image = read_file(elf + ".bin");
-    std::istringstream names(output_of(fmt::format("{}nm --defined-only {}", kCross, shell_quoted(elf))));
-    for (std::string address, kind, name; names >> address >> kind >> name;)
+    std::istringstream out(ran.out);
+    std::size_t constants = 0, data = 0, zeros = 0;
+    out >> constants >> data >> zeros;
+    linked.flash = constants + data;
+    linked.ram = data + zeros;
+    for (std::string address, kind, name; out >> address >> kind >> name;)
         if (name.starts_with("haptable_")) linked.symbols.insert(name);
+    linked.image = read_file(work.path() / "servo.bin");
     return linked;
 }
 

@@ -53,28 +53,15 @@ TargetImage own_image(const fs::path& folder, const std::string& target) {
 
 // ---- by what a tick does --------------------------------------------------------------------------------------------
 
-/// The sliding ticks with the median and the greatest count.
-std::array<std::size_t, 2> median_and_worst(const std::vector<TargetTick>& ticks, std::size_t fingers,
-                                            const Counts& sliding) {
-    std::size_t median = 0, worst = 0;
-    for (std::size_t i = 1; i < ticks.size(); ++i) {
-        if (!ticks[i].touches(fingers) || !ticks[i - 1].touches(fingers)) continue;
-        if (ticks[i].instructions == sliding.median) median = i;
-        if (ticks[i].instructions == sliding.worst) worst = i;
-    }
-    return {median, worst};
-}
-
-ordered_json to_json(const Counts& counts) {
-    return {{"ticks", counts.ticks}, {"median", counts.median}, {"p999", counts.p999}, {"worst", counts.worst}};
-}
-
 ordered_json to_json(const TickCounts& counts) {
-    return {{"sliding", to_json(counts.sliding)},
-            {"first_contact", to_json(counts.first_contact)},
-            {"free", to_json(counts.free)},
-            {"leaving", to_json(counts.leaving)},
-            {"jump", to_json(counts.jump)}};
+    ordered_json json;
+    for (const auto& [kind, of] : {std::pair{"sliding", counts.sliding},
+                                   {"first_contact", counts.first_contact},
+                                   {"free", counts.free},
+                                   {"leaving", counts.leaving},
+                                   {"jump", counts.jump}})
+        json[kind] = {{"median", of.median}, {"p999", of.p999}, {"worst", of.worst}};
+    return json;
 }
 
 /// Of fingers that have `size` coordinates, jumping from stroke to stroke.
@@ -98,12 +85,11 @@ ordered_json counts_of(const fs::path& folder) {
     ordered_json json{{"name", tables.name}};
     for (const char* target : kTargets) {
         const TargetImage image = own_image(folder, target), measuring(folder.parent_path(), "cube", target);
-        const std::vector<TargetTick> ticks = image.replay(path_m);
-        const TickCounts limited = count_ticks(path_m, ticks);
+        const TickCounts limited = count_ticks(path_m, image.replay(path_m));
         json["targets"][target] = {
             {"limited", to_json(limited)},
             {"unlimited", to_json(count_ticks(jumping_m, measuring.measure(measured, jumping_m)))},
-            {"sliding_at", median_and_worst(ticks, size / 3, limited.sliding)}};
+            {"sliding_at", limited.sliding_at}};
     }
     return json;
 }
@@ -159,7 +145,7 @@ ordered_json count_strokes(const Options& o) {
                 one.update(to_json(image.measure({.model = model, .tool = &tool}, poses_of(path_m)), 1));
             } else if (o.two) {
                 one["bound"] = most_pair_cost(mode, fan);
-                one.update(to_json(image.measure({model, &pair}, hard_path_of_two(tables, o.strokes)), 2));
+                one.update(to_json(image.measure({model, &pair}, of_two(hard_path(tables, o.strokes), o.strokes)), 2));
             } else {
                 one["bound"] = most_cost(mode, fan);
                 one.update(to_json(image.measure({model}, path_m), 1));

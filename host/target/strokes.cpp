@@ -127,10 +127,6 @@ std::vector<std::array<float, 6>> poses_of(const std::vector<std::array<float, 3
     return poses;
 }
 
-std::vector<std::array<float, 6>> hard_path_of_two(const Tables& tables, int strokes) {
-    return of_two(hard_path(tables, strokes), strokes);
-}
-
 std::vector<std::array<float, 3>> tip_path() {
     std::vector<std::array<float, 3>> path;
     for (int tick = 0; tick < 300; ++tick)

@@ -16,6 +16,16 @@ namespace haptable {
 /// strokes the finger jumps, so some first contacts' segments cross the whole body. The same for the same tables.
 std::vector<std::array<float, 3>> stroke_path(const Tables& tables, int strokes);
 
+/// How far the finger comes that goes farthest.
+template <std::size_t size>
+float way_m(const std::array<float, size>& from_m, const std::array<float, size>& to_m) {
+    float most_m = 0.0F;
+    for (std::size_t f = 0; f < size; f += 3)
+        most_m =
+            std::max(most_m, std::hypot(to_m[f] - from_m[f], to_m[f + 1] - from_m[f + 1], to_m[f + 2] - from_m[f + 2]));
+    return most_m;
+}
+
 /// A path with ticks between its own, so that no finger's motion is longer; 4 mm: what a servo with max_speed believes.
 template <std::size_t size>
 std::vector<std::array<float, size>> walked(const std::vector<std::array<float, size>>& path_m,
@@ -23,11 +33,7 @@ std::vector<std::array<float, size>> walked(const std::vector<std::array<float, 
     std::vector<std::array<float, size>> path;
     for (const auto& to_m : path_m) {
         const std::array<float, size> from_m = path.empty() ? to_m : path.back();
-        float way_m = 0.0F;
-        for (std::size_t f = 0; f < size; f += 3)
-            way_m = std::max(way_m,
-                             std::hypot(to_m[f] - from_m[f], to_m[f + 1] - from_m[f + 1], to_m[f + 2] - from_m[f + 2]));
-        const int steps = static_cast<int>(std::ceil(way_m / longest_m));
+        const int steps = static_cast<int>(std::ceil(way_m(from_m, to_m) / longest_m));
         for (int i = 1; i < steps; ++i) {
             std::array<float, size> at_m;
             for (std::size_t c = 0; c < size; ++c)
@@ -51,9 +57,6 @@ std::vector<std::array<float, 6>> poses_of(const std::vector<std::array<float, 3
 /// stands in the way: over edges, through thin parts, in and out. The same for the same tables. No step is longer than
 /// 5 mm.
 std::vector<std::array<float, 3>> hard_path(const Tables& tables, int strokes);
-
-/// Two fingers' such strokes, [20 strokes, 6].
-std::vector<std::array<float, 6>> hard_path_of_two(const Tables& tables, int strokes);
 
 /// Sessions of a cube of 30 mm that stands on a floor or is held there, a corner at the origin, in metres.
 /// Down onto the middle of its top, and along it: where nothing holds the cube, friction tips it over an edge. Then

@@ -77,7 +77,7 @@ TEST_P(PairOnTarget, GivesTheHostsBitsUnderItsBound) {
     const ServoPair coupling = build_pair(touched.pair(), tables, touched.servo());
     const haptable_pair_model pair_model = pair_in_memory(coupling, tables, model);
     ASSERT_EQ(pair_model.place_count > 0, one.coupling_bytes != kAllPairs);
-    const auto path_m = hard_path_of_two(tables, 30);
+    const auto path_m = of_two(hard_path(tables, 30), 30);
     const std::vector<TargetTick> ticks = image.measure({model, &pair_model}, path_m);
     const std::uint64_t fan = most_patches_around_a_vertex(model);
     const PairTickCost each = pair_cost_of(one.mode, fan);
