@@ -12,6 +12,7 @@
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/hash.hpp"
+#include "host/base/json.hpp"
 #include "host/base/process_cost.hpp"
 
 namespace haptable {
@@ -19,8 +20,66 @@ namespace haptable {
 namespace {
 
 namespace fs = std::filesystem;
+using nlohmann::ordered_json;
 
 constexpr std::size_t kChunk = 64;
+constexpr std::size_t kLongBehind = 20;  // ticks
+constexpr std::size_t kExamples = 3;     // of each fault, body and mode
+
+// ---- counts, and the files that keep them --------------------------------------------------------------------------
+
+/// The numbers by the names that they have in a file, and how two of them become one.
+template <typename Visit>
+void for_each_number(const Visit& visit) {
+    const std::plus<> sum;
+    const auto most = [](double a, double b) { return std::max(a, b); };
+    visit("strokes", &Tally::strokes, sum);
+    visit("ticks", &Tally::ticks, sum);
+    visit("contact_ticks", &Tally::contact_ticks, sum);
+    visit("both_ticks", &Tally::both_ticks, sum);
+    visit("limits", &Tally::limits, sum);
+    visit("clamped_strokes", &Tally::clamped, sum);
+    visit("behind_strokes", &Tally::behind, sum);
+    visit("long_behind_strokes", &Tally::long_behind, sum);
+    visit("passed_motions", &Tally::passed, sum);
+    visit("most_area", &Tally::most_area, most);
+    visit("cpu_s", &Tally::cpu_s, sum);
+}
+
+ordered_json to_json(const Tally& tally) {
+    ordered_json json;
+    for_each_number([&](const char* name, auto number, const auto&) { json[name] = tally.*number; });
+    for (std::size_t f = 0; f < kFaults; ++f) json["faults"][std::string(kFaultNames[f])] = tally.faulty[f];
+    json["broken"] = ordered_json::array();
+    for (const Broken& broken : tally.broken)
+        json["broken"].push_back({{"stroke", broken.number}, {"ticks", broken.verdict.tick}});
+    return json;
+}
+
+Tally tally_of(const ordered_json& json) {
+    Tally tally;
+    for_each_number([&](const char* name, auto number, const auto&) { json.at(name).get_to(tally.*number); });
+    for (std::size_t f = 0; f < kFaults; ++f) json.at("faults").at(std::string(kFaultNames[f])).get_to(tally.faulty[f]);
+    for (const ordered_json& one : json.at("broken")) {
+        Broken& broken = tally.broken.emplace_back();
+        one.at("stroke").get_to(broken.number);
+        one.at("ticks").get_to(broken.verdict.tick);
+    }
+    return tally;
+}
+
+/// What was kept there under that key, of all that counts depend on; none where there is no such file, or one of
+/// another key. Throws Error that names the file where it is damaged.
+std::optional<Tally> read_tally(const fs::path& file, const std::string& key) try {
+    if (!fs::exists(file)) return {};
+    const ordered_json json = ordered_json::parse(read_file(file));
+    if (json.at("key") != key) return {};
+    return tally_of(json);
+} catch (const ordered_json::exception& error) {
+    throw Error(file.string() + ": holds no counts: " + error.what() + "; remove it to stroke again");
+}
+
+// ---- the strokes of a campaign -------------------------------------------------------------------------------------
 
 /// Of each word the mode with this name, or all modes whose names contain it; all without words.
 std::vector<TouchMode> modes_of(const std::vector<std::string>& words) {
@@ -47,48 +106,57 @@ std::uint64_t seed_of(std::uint64_t seed, const std::string& body, const TouchMo
     return hash;
 }
 
-/// The strokes of a campaign, one body after the other.
 class Campaign {
 public:
-    Campaign(const CampaignOptions& options, Progress& progress,
-             const std::function<void(const std::string& line)>& told)
+    explicit Campaign(const CampaignOptions& options)
         : options_(options),
-          progress_(progress),
-          told_(told),
+          progress_(options.quiet),
           workers_(options.threads > 0 ? options.threads
                                        : std::max(1, static_cast<int>(std::thread::hardware_concurrency()))),
-          program_(hash_file("/proc/self/exe")) {}
+          program_(hash_file("/proc/self/exe")),
+          modes_(modes_of(options.modes)) {}
 
-    CampaignResult run() {
-        result_.seed = options_.seed;
-        result_.modes = modes_of(options_.modes);
+    ordered_json run() {
         progress_.stage("reading meshes");
-        const StrokedMeshes meshes =
+        StrokedMeshes meshes =
             collect_meshes(options_.places, options_.meshes, options_.most_nodes, options_.folder / "meshes");
-        result_.left_out = meshes.left_out;
+        left_out_ = std::move(meshes.left_out);
         std::size_t tallies = 0;
         for (const StrokedMesh& mesh : meshes.taken) {
             std::set<std::string> told;
-            for (const TouchMode& mode : result_.modes) {
+            for (const TouchMode& mode : modes_) {
                 const auto [name, why] = refusal(mesh, mode);
                 if (name.empty())
                     ++tallies;
                 else if (told.insert(name).second)
-                    result_.left_out.push_back({mesh.name + ", " + name, why});
+                    left_out_.push_back({mesh.name + ", " + name, why});
             }
         }
         if (tallies == 0) {
             std::string why;
-            for (const LeftOut& one : result_.left_out) why += fmt::format("; {}: {}", one.name, one.why);
+            for (const LeftOut& one : left_out_) why += fmt::format("; {}: {}", one.name, one.why);
             throw Error("no mesh to stroke: " +
                         (why.empty() ? "give scenes, meshes or folders of them" : "all are left out" + why));
         }
         each_ = std::max<std::size_t>(1, options_.strokes / tallies);
         all_ = each_ * tallies;
         progress_.stage("strokes");
-        for (const StrokedMesh& mesh : meshes.taken) stroke(mesh);
+        ordered_json modes, bodies, left_out = ordered_json::array();
+        for (const StrokedMesh& mesh : meshes.taken) bodies.push_back(stroke(mesh));
         progress_.clear();
-        return result_;
+        for (const TouchMode& mode : modes_)
+            modes.push_back({{"name", mode.name()},
+                             {"force", word(mode.force)},
+                             {"god_object", word(mode.god_object)},
+                             {"friction", mode.friction},
+                             {"fingers", mode.fingers},
+                             {"tool", mode.tool},
+                             {"free", mode.body.motion > 0},
+                             {"rings", mode.body.rings}});
+        for (const LeftOut& one : left_out_) left_out.push_back({{"name", one.name}, {"why", one.why}});
+        return {{"seed", options_.seed},    {"taken_over_strokes", taken_over_},
+                {"total", to_json(total_)}, {"modes", modes},
+                {"bodies", bodies},         {"left_out", left_out}};
     }
 
 private:
@@ -108,36 +176,45 @@ private:
         return {};
     }
 
-    /// One body after the other, held before free; those of one kind share their tables.
-    void stroke(const StrokedMesh& mesh) {
-        StrokedMeshResult one{mesh, std::vector<Tally>(result_.modes.size()), 0.0};
+    /// One body after the other, held before free; those of one kind share their tables. Without strokes are the modes
+    /// that it was not touched in.
+    ordered_json stroke(const StrokedMesh& mesh) {
+        std::vector<Tally> tally(modes_.size());
         BodyTables tables(mesh.scene, options_.folder / "tables" / mesh.name);
         for (const BodyKind& kind : kBodyKinds) try {
-                for (const ForceLaw force : every<ForceLaw>()) stroke(mesh, kind, force, tables, one.tally);
+                for (const ForceLaw force : every<ForceLaw>()) stroke(mesh, kind, force, tables, tally);
             } catch (const Error& error) {
-                result_.left_out.push_back({mesh.name + kind.name(), error.what()});
+                left_out_.push_back({mesh.name + kind.name(), error.what()});
             }
-        one.tables_cpu_s = tables.cpu_s();
-        result_.results.push_back(std::move(one));
+        ordered_json modes;
+        for (std::size_t m = 0; m < modes_.size(); ++m) {
+            modes[modes_[m].name()] = to_json(tally[m]);
+            total_.add(tally[m]);
+        }
+        return {{"name", mesh.name},
+                {"filled", mesh.filled},
+                {"nodes", mesh.nodes},
+                {"tables_cpu_s", tables.cpu_s()},
+                {"modes", modes}};
     }
 
     void stroke(const StrokedMesh& mesh, const BodyKind& kind, ForceLaw force, BodyTables& tables,
                 std::vector<Tally>& tally) {
         std::vector<std::size_t> chosen;
         TouchMode most{force, GodObject::kNearest, false, 1, kind};
-        for (std::size_t m = 0; m < result_.modes.size(); ++m) {
-            const TouchMode& mode = result_.modes[m];
+        for (std::size_t m = 0; m < modes_.size(); ++m) {
+            const TouchMode& mode = modes_[m];
             if (mode.force != force || !(mode.body == kind) || !refusal(mesh, mode).name.empty()) continue;
             chosen.push_back(m);
             if (mode.is_coupled()) most.fingers = HAPTABLE_FINGERS;
         }
         std::optional<StrokedBody> body;
         for (const std::size_t m : chosen) {
-            const TouchMode& mode = result_.modes[m];
+            const TouchMode& mode = modes_[m];
             tell(0, mesh.name + ", tables");
-            auto kept = options_.again ? std::nullopt : read_tally(counts_file(mesh, mode), key_of(mesh, mode));
+            auto kept = read_tally(counts_file(mesh, mode), key_of(mesh, mode));
             if (!kept && !body) body.emplace(tables.with(most));
-            if (kept) result_.taken_over += kept->strokes;
+            if (kept) taken_over_ += kept->strokes;
             tally[m] = kept ? std::move(*kept) : stroke(mesh, *body, mode);
         }
     }
@@ -158,7 +235,7 @@ private:
 
     /// The time left is that of what this run counts itself.
     void tell(std::size_t done, const std::string& what) {
-        const double own = static_cast<double>(std::max<std::size_t>(1, all_ - result_.taken_over));
+        const double own = static_cast<double>(std::max<std::size_t>(1, all_ - taken_over_));
         progress_.done(static_cast<double>(done_ + done) / own, what);
     }
 
@@ -173,7 +250,7 @@ private:
             run_strokes(model.touched(), maker, seed, each_, workers_, [&](std::size_t done) { tell(done, what); });
         done_ += each_;
         for (std::size_t f = 0; f < kFaults; ++f) {
-            std::size_t left = options_.examples;
+            std::size_t left = kExamples;
             for (const Broken& broken : tally.broken) {
                 if (broken.verdict.tick[f] < 0 || left == 0) continue;
                 --left;
@@ -188,7 +265,10 @@ private:
                               fmt::format("{}-{}-{}-{}", mesh.name, mode.name(), options_.seed, broken.number));
             }
         }
-        write_tally(counts_file(mesh, mode), key_of(mesh, mode), tally);
+        ordered_json json = to_json(tally);
+        json["key"] = key_of(mesh, mode);
+        fs::create_directories(options_.folder / "counts");
+        write_file(counts_file(mesh, mode), json_text(json, 1) + "\n");
         return tally;
     }
 
@@ -200,19 +280,45 @@ private:
         fs::create_directories(folder);
         write_file(folder / "scene.toml", to_toml(scene));
         write_file(folder / "stroke.csv", to_csv(least, touched.tool() != nullptr ? kToolHand : touched.fingers()));
-        told_(fmt::format("{}: {} ticks, {} at the last", folder.string(), least.size(), name_of(fault)));
+        if (options_.quiet) return;
+        progress_.clear();
+        fmt::print("{}: {} ticks, {} at the last\n", folder.string(), least.size(), name_of(fault));
     }
 
     const CampaignOptions& options_;
-    Progress& progress_;
-    const std::function<void(const std::string& line)>& told_;
+    Progress progress_;
     Workers workers_;
     std::string program_;
+    std::vector<TouchMode> modes_;  ///< [m]
+    std::vector<LeftOut> left_out_;
     std::size_t each_ = 0, all_ = 0, done_ = 0;
-    CampaignResult result_;
+    std::size_t taken_over_ = 0;  ///< strokes that an earlier run had counted
+    Tally total_;
 };
 
 }  // namespace
+
+void Tally::add(std::uint64_t number, const Stroke& stroke, const Verdict& verdict) {
+    ++strokes;
+    ticks += stroke.size();
+    contact_ticks += verdict.contact_ticks;
+    both_ticks += verdict.both_ticks;
+    most_area = std::max(most_area, verdict.most_area);
+    clamped += verdict.clamped ? 1 : 0;
+    behind += verdict.most_behind_ticks > 0 ? 1 : 0;
+    long_behind += verdict.most_behind_ticks > kLongBehind ? 1 : 0;
+    passed += verdict.passed;
+    limits += verdict.limits;
+    for (std::size_t f = 0; f < kFaults; ++f) faulty[f] += verdict.tick[f] >= 0 ? 1 : 0;
+    if (!verdict.is_clean()) broken.push_back({number, verdict});
+}
+
+void Tally::add(const Tally& other) {
+    for_each_number(
+        [&](const char*, auto number, const auto& join) { this->*number = join(this->*number, other.*number); });
+    for (std::size_t f = 0; f < kFaults; ++f) faulty[f] += other.faulty[f];
+    broken.insert(broken.end(), other.broken.begin(), other.broken.end());
+}
 
 Tally run_strokes(const Touched& touched, const StrokeMaker& maker, std::uint64_t seed, std::size_t count,
                   Workers& workers, const std::function<void(std::size_t done)>& on_done) {
@@ -230,52 +336,12 @@ Tally run_strokes(const Touched& touched, const StrokeMaker& maker, std::uint64_
         const std::lock_guard lock(mutex);
         on_done(done += end - chunk * kChunk);
     });
-    Tally all = sum_of(chunks);
+    Tally all;
+    for (const Tally& chunk : chunks) all.add(chunk);
     all.cpu_s = process_cost().cpu_s - cpu_begin_s;
     return all;
 }
 
-Tally CampaignResult::total() const {
-    Tally sum;
-    for (const StrokedMeshResult& one : results) sum.add(one.total());
-    return sum;
-}
-
-CampaignResult run_campaign(const CampaignOptions& options, Progress& progress,
-                            const std::function<void(const std::string& line)>& told) {
-    return Campaign(options, progress, told).run();
-}
-
-nlohmann::ordered_json to_json(const CampaignResult& result) {
-    nlohmann::ordered_json json{{"seed", result.seed},
-                                {"taken_over_strokes", result.taken_over},
-                                {"total", to_json(result.total())},
-                                {"modes", nlohmann::ordered_json::array()},
-                                {"bodies", nlohmann::ordered_json::array()},
-                                {"left_out", nlohmann::ordered_json::array()}};
-    for (const TouchMode& mode : result.modes)
-        json["modes"].push_back({{"name", mode.name()},
-                                 {"force", word(mode.force)},
-                                 {"god_object", word(mode.god_object)},
-                                 {"friction", mode.friction},
-                                 {"fingers", mode.fingers},
-                                 {"tool", mode.tool},
-                                 {"free", mode.body.motion > 0},
-                                 {"rings", mode.body.rings}});
-    for (const StrokedMeshResult& one : result.results) {
-        nlohmann::ordered_json modes;
-        for (std::size_t m = 0; m < result.modes.size(); ++m) modes[result.modes[m].name()] = to_json(one.tally[m]);
-        json["bodies"].push_back({{"name", one.mesh.name},
-                                  {"filled", one.mesh.filled},
-                                  {"nodes", one.mesh.nodes},
-                                  {"patches", one.mesh.patches},
-                                  {"hinges", one.mesh.hinges},
-                                  {"tables_cpu_s", one.tables_cpu_s},
-                                  {"modes", modes}});
-    }
-    for (const LeftOut& left_out : result.left_out)
-        json["left_out"].push_back({{"name", left_out.name}, {"why", left_out.why}});
-    return json;
-}
+ordered_json run_campaign(const CampaignOptions& options) { return Campaign(options).run(); }
 
 }  // namespace haptable

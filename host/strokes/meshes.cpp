@@ -148,7 +148,6 @@ StrokedMesh stroked_mesh(const std::string& name, const std::string& identity, S
             .filled = is_filled,
             .nodes = body.mesh.position_m.size(),
             .patches = body.touch_patch.size(),
-            .hinges = audit.hinge_edges + audit.hinge_nodes,
             .parts = audit.bodies};
 }
 

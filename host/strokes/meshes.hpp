@@ -16,8 +16,8 @@ struct StrokedMesh {
     std::string identity;  ///< of the mesh file's bytes, or of how it is generated
     Scene scene;           ///< held and made of something; mask_radius_m is two mean edges of its surface
     bool filled = false;   ///< a surface, filled with tetrahedra
-    std::size_t nodes = 0, patches = 0, hinges = 0;  ///< hinges: edges and nodes
-    std::size_t parts = 1;                           ///< that hang together each
+    std::size_t nodes = 0, patches = 0;
+    std::size_t parts = 1;  ///< that hang together each
 
     /// Bytes of a block for any two places: vertices; under a mask edges too.
     std::uintmax_t coupling_bytes(ForceLaw force) const;

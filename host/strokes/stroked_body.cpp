@@ -116,19 +116,10 @@ double BodyTables::cpu_s() const {
     return sum_s;
 }
 
-StrokedBody::StrokedBody(SceneFiles files)
-    : files_(std::move(files)),
-      servo_(build_model(files_.tables)),
-      solid_(servo_.vertex_m, servo_.patch),
-      law_(files_.tables, servo_) {
-    if (files_.pair) pair_ = build_pair(*files_.pair, files_.tables, servo_);
-    if (files_.body_modes) body_modes_ = build_modes(*files_.body_modes, files_.tables, servo_);
-}
-
 std::vector<ToolTables> StrokedBody::random_tools(const Scene& scene) const {
     constexpr std::size_t kMost = 16;
     constexpr double kLargest = 1.0 / 12.0;  // of the body's size: a radius
-    const double size_m = solid_.size_m();
+    const double size_m = solid.size_m();
     std::mt19937_64 dice(kMost);
     const auto between = [&](double low, double high) { return std::uniform_real_distribution(low, high)(dice); };
     std::vector<ToolTables> tools;
@@ -155,7 +146,7 @@ std::vector<ToolTables> StrokedBody::random_tools(const Scene& scene) const {
 
 StrokedModel::StrokedModel(const StrokedBody& body, const ContactOptions& contact, const std::vector<ToolTables>& tools)
     : body_(body) {
-    const Tables& whole = body.files_.tables;
+    const Tables& whole = body.loaded.tables();
     Tables tables;  // what a model has beside the servo's tables
     tables.force = whole.force;
     tables.model_hash = whole.model_hash;
@@ -168,24 +159,23 @@ StrokedModel::StrokedModel(const StrokedBody& body, const ContactOptions& contac
     tables.kinetic_friction = contact.kinetic_friction;
     tables.options.set("contact.release_slew", contact.release_n_per_ms);
     tables.options.set("contact.passivity", contact.passivity);
-    model_ = model_in_memory(tables, body.servo_);
+    model_ = model_in_memory(tables, body.servo());
     for (int fingers = least; fingers <= most && (fingers > 1 || !tools.empty()); ++fingers) {
-        pairs_.push_back(pair_in_memory(body.pair_.value(), tables, model_));
+        pairs_.push_back(pair_in_memory(*body.loaded.coupling(), tables, model_));
         pairs_.back().finger_count = static_cast<std::uint16_t>(fingers);
     }
     for (const ToolTables& tool : tools) points_.push_back(points_of(tool));
     for (std::size_t t = 0; t < tools.size(); ++t) tools_.push_back(tool_in_memory(tools[t], points_[t], pairs_[0]));
-    if (body.files_.body_modes) modes_ = modes_in_memory(body.body_modes_);
 }
 
 Touched StrokedModel::touched() const {
-    return {body_.solid_,
-            body_.law_,
-            body_.servo_,
+    return {body_.solid,
+            body_.law,
+            body_.servo(),
             model_,
             !pairs_.empty() && tools_.empty() ? &pairs_.back() : nullptr,
-            body_.files_.body ? &*body_.files_.body : nullptr,
-            body_.files_.body_modes ? &modes_ : nullptr,
+            body_.loaded.body(),
+            body_.loaded.modes(),
             tools_,
             pairs_};
 }

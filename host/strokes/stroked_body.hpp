@@ -80,30 +80,19 @@ private:
     CholmodInverse inverse_;
 };
 
-/// A body's tables as the servo has them, for all god-objects, with friction and without.
-class StrokedBody {
-public:
-    explicit StrokedBody(SceneFiles files);
-    StrokedBody(const StrokedBody&) = delete;
-    StrokedBody& operator=(const StrokedBody&) = delete;
+/// A body's tables as the servo has them, for all god-objects, with friction and without; and what judges it.
+struct StrokedBody {
+    explicit StrokedBody(SceneFiles files)
+        : loaded(std::move(files)), solid(servo().vertex_m, servo().patch), law(loaded.tables(), servo()) {}
 
-    const ServoModel& servo() const { return servo_; }
-    /// The scene's own; none where it has none.
-    std::vector<ToolTables> tools() const {
-        return files_.tool ? std::vector<ToolTables>{*files_.tool} : std::vector<ToolTables>{};
-    }
+    const ServoModel& servo() const { return loaded.servo(); }
     /// Tools of 2 to 16 points: spheres, discs, and points as a hand may put them, from one mask's size to a sixth of
     /// the body's.
     std::vector<ToolTables> random_tools(const Scene& scene) const;
 
-private:
-    friend class StrokedModel;
-    SceneFiles files_;
-    ServoModel servo_;
-    std::optional<ServoPair> pair_;
-    ServoModes body_modes_;
-    Solid solid_;
-    Law law_;
+    LoadedScene loaded;
+    Solid solid;
+    Law law;
 };
 
 /// The servo's models of a body in one mode.
@@ -121,7 +110,6 @@ private:
     const StrokedBody& body_;
     haptable_model model_;
     std::vector<haptable_pair_model> pairs_;  ///< by the number of fingers
-    haptable_modes modes_{};
     std::vector<ToolPoints> points_;          ///< [t]
     std::vector<haptable_tool_model> tools_;  ///< [t]
 };
