@@ -170,38 +170,32 @@ Eigen::Quaternionf turn_at(const std::array<float, 3>& handle_m) {
     return Eigen::Quaternionf(Eigen::AngleAxisf(angle, Eigen::Vector3f(1.0F, 2.0F, 2.0F) / 3.0F));
 }
 
-/// The scene with another god-object, and its servo.
-struct ToolServo {
-    ToolServo(SceneFiles files, GodObject god_object)
-        : scene((files.tables.god_object = god_object, std::move(files))) {}
-    void begin() {
-        state.emplace(scene.model(), nullptr, nullptr, nullptr, scene.tool());
-        state->check(HAPTABLE_CHECK_ALL);
-    }
-    void to(const std::array<float, 3>& handle_m) {
-        haptable_tool_input in{};
-        const Eigen::Quaternionf turn = turn_at(handle_m);
-        std::copy(handle_m.begin(), handle_m.end(), in.hand.finger_m);
-        in.hand.is_there = 1;
-        in.turn[0] = turn.w();
-        for (int c = 0; c < 3; ++c) in.turn[1 + c] = turn.vec()[c];
-        state->step(in, now_us += HAPTABLE_TICK_US, out);
-    }
-    std::size_t pressing() {
-        std::size_t count = 0;
-        for (std::size_t i = 0; i < scene.tool_points().size(); ++i) count += state->point_state(i).presses;
-        return count;
-    }
-
-    LoadedScene scene;
-    std::optional<SceneState> state;
-    haptable_tool_output out{};
-    std::uint32_t now_us = 0;
-};
-
-Touched tool_on(const std::shared_ptr<ToolServo>& servo) {
-    return {[servo](const auto&) { servo->begin(); }, [servo](const auto& x) { servo->to(x); },
-            [servo] { return servo->pressing(); }};
+Touched tool_on(const std::shared_ptr<const LoadedScene>& scene) {
+    struct State {
+        std::optional<SceneState> scene;
+        std::uint32_t now_us = 0;
+    };
+    auto state = std::make_shared<State>();
+    return {[=](const auto&) {
+                state->scene.emplace(scene->model(), nullptr, nullptr, nullptr, scene->tool());
+                state->scene->check(HAPTABLE_CHECK_ALL);
+            },
+            [state](const auto& handle_m) {
+                haptable_tool_input in{};
+                haptable_tool_output out;
+                const Eigen::Quaternionf turn = turn_at(handle_m);
+                std::copy(handle_m.begin(), handle_m.end(), in.hand.finger_m);
+                in.hand.is_there = 1;
+                in.turn[0] = turn.w();
+                for (int c = 0; c < 3; ++c) in.turn[1 + c] = turn.vec()[c];
+                state->scene->step(in, state->now_us += HAPTABLE_TICK_US, out);
+            },
+            [=] {
+                std::size_t count = 0;
+                for (std::size_t i = 0; i < scene->tool_points().size(); ++i)
+                    count += state->scene->point_state(i).presses;
+                return count;
+            }};
 }
 
 /// Proxies that go where the tool's points go, one after the other.
@@ -220,27 +214,27 @@ Touched proxies_on(const std::vector<Touched>& proxy, const ToolPoints& points) 
 /// clock, of the tool with each god-object, and of as many proxies of each peer, without friction.
 nlohmann::ordered_json tool_times_on(const std::filesystem::path& folder,
                                      const std::vector<std::filesystem::path>& peers, int rounds) {
-    const TablesFolder tables(folder);
+    SceneFiles files = read_scene_files(folder);
     AllTouched touched{{"clock", {}}};
-    std::shared_ptr<ToolServo> nearest;
+    std::shared_ptr<const LoadedScene> scene;  // the last one is of the nearest god-object
     for (const GodObject god_object : {GodObject::kLeastEnergy, GodObject::kNearest}) {
-        nearest = std::make_shared<ToolServo>(read_scene_files(tables), god_object);
-        if (nearest->scene.tool() == nullptr) throw Error(folder.string() + ": has no tool: give a scene with [tool]");
-        touched.emplace_back(word(god_object), tool_on(nearest));
+        files.tables.god_object = god_object;
+        scene = std::make_shared<LoadedScene>(files);
+        if (scene->tool() == nullptr) throw Error(folder.string() + ": has no tool: give a scene with [tool]");
+        touched.emplace_back(word(god_object), tool_on(scene));
     }
-    const LoadedScene& scene = nearest->scene;
     for (const std::filesystem::path& peer : peers) {
         std::vector<Touched> proxies;
-        for (std::size_t i = 0; i < scene.tool_points().size(); ++i)
-            proxies.push_back(peer_on(peer, scene.tables(), false));
-        touched.emplace_back(peer.stem().string(), proxies_on(proxies, scene.tool_points()));
+        for ([[maybe_unused]] const auto& point : scene->tool_points())
+            proxies.push_back(peer_on(peer, scene->tables(), false));
+        touched.emplace_back(peer.stem().string(), proxies_on(proxies, scene->tool_points()));
     }
-    const std::vector<FingerPath> strokes = slow_strokes(scene.tables());
-    const auto presses = pressing_in(tool_on(nearest), strokes);
-    const auto count = presses.size() - static_cast<std::size_t>(std::count(presses.begin(), presses.end(), 0));
+    const std::vector<FingerPath> strokes = slow_strokes(scene->tables());
+    const auto presses = pressing_in(tool_on(scene), strokes);
+    const auto count = std::ranges::count_if(presses, [](std::size_t pressing) { return pressing > 0; });
     if (count == 0) throw Error(folder.string() + ": no stroke presses the tool into the body");
     const double sum = std::accumulate(presses.begin(), presses.end(), 0.0);
-    return {{"points", scene.tool_points().size()},
+    return {{"points", scene->tool_points().size()},
             {"pressing", sum / static_cast<double>(count)},
             {"ticks", fastest_of(touched, strokes, rounds, [&](std::size_t tick) { return presses[tick] > 0; })}};
 }

@@ -62,15 +62,6 @@ void reset_peak() {
     std::ofstream("/proc/self/clear_refs") << "5";
 }
 
-double peak_bytes() {
-    std::ifstream file("/proc/self/status");
-    for (std::string key; file >> key;) {
-        double kib = 0.0;
-        if (key == "VmHWM:" && file >> kib) return 1024.0 * kib;
-    }
-    return NAN;
-}
-
 std::int32_t unknown_of(const Body& body, std::int32_t node) { return body.unknown[static_cast<std::size_t>(node)]; }
 
 /// The free ones of the touchable nodes, by their unknowns.
@@ -207,17 +198,19 @@ ordered_json measure(const Scene& scene) {
     row["analysis_s"] = cost_of([&] { factored.emplace(k, Factor::kPattern); });
     row["factor_s"] = cost_of([&] { factored->factorize(k, alone, progress); });
     const Factor& factor = *factored;
-    row.update({{"factor_flops", factor.flops()}, {"factor_bytes", factor.bytes()}, {"factor_peak", peak_bytes()}});
+    row.update({{"factor_flops", factor.flops()},
+                {"factor_bytes", factor.bytes()},
+                {"factor_peak", process_cost().peak_bytes}});
     // 2. The blocks by selected inversion, both ways.
     const SelectedInversion inversion(factor.supernodes(), wanted);
     row["inversion_flops"] = inversion.flops();
     Blocks in_float, in_double;
     reset_peak();
     row["float_s"] = cost_of([&] { in_float = inversion.compute<float>(progress); });
-    row["float_peak"] = peak_bytes();
+    row["float_peak"] = process_cost().peak_bytes;
     reset_peak();
     row["double_s"] = cost_of([&] { in_double = inversion.compute<double>(progress); });
-    row["double_peak"] = peak_bytes();
+    row["double_peak"] = process_cost().peak_bytes;
     // 3. The same by solves; the columns.
     solve_sample(factor, node, wanted, in_double, in_float, row);
     if (body.mesh.position_m.size() > kColumnNodes) return row;
