@@ -21,9 +21,7 @@ Matrix3d symmetric(const float a[6]) {
 }  // namespace
 
 Rigid rigid_of(const haptable_body& body) {
-    Rigid rigid{static_cast<double>(body.mass_kg), to_vector(body.centre_m), symmetric(body.inertia_kg_m2), {}};
-    for (std::uint32_t i = 0; i < body.point_count; ++i) rigid.floor_point_m.push_back(to_vector(body.point_m[i]));
-    return rigid;
+    return {static_cast<double>(body.mass_kg), to_vector(body.centre_m), symmetric(body.inertia_kg_m2)};
 }
 
 Motion motion_of(const haptable_body_state& state, const Rigid& rigid) {
@@ -33,7 +31,6 @@ Motion motion_of(const haptable_body_state& state, const Rigid& rigid) {
     m.turn = Eigen::Quaterniond(turn(0), turn(1), turn(2), turn(3)).normalized();
     m.momentum = rigid.mass_kg * (to_vector(state.velocity_m_per_s) - to_vector(state.velocity_low_m_per_s));
     m.spin_momentum = to_vector(state.momentum_n_m_s) - to_vector(state.momentum_low_n_m_s);
-    m.on_floor = state.on_floor;
     return m;
 }
 
@@ -44,11 +41,7 @@ Felt felt_of(const SceneState& scene, std::size_t finger, const haptable_input& 
     felt.force_n = to_vector(out.force_n);
     felt.god_m = to_vector(out.god_object_m);
     felt.inside_m = to_vector(scene.servo(finger).finger_m);
-    felt.alpha = to_vector(out.alpha);
-    felt.patch = out.patch == HAPTABLE_NONE ? -1 : int{out.patch};
     for (const float* nodal : out.nodal_force_n) felt.load_n += to_vector(nodal);
-    felt.is_sound = out.state != HAPTABLE_REJECTED && out.state != HAPTABLE_FAULTED && felt.force_n.allFinite() &&
-                    felt.load_n.allFinite();
     return felt;
 }
 
@@ -96,7 +89,7 @@ void Ledger::note(const Felt felt[], std::size_t fingers, double stored_j, const
     together_ = together;
     const double now = least_j + given_j_ - wall_j_;
     largest_j_ = std::max(largest_j_, most_j);
-    if (ticks_++ > 0 && now - lowest_ > risen_j_) risen_j_ = now - lowest_, risen_tick_ = ticks_ - 1;
+    if (ticks_++ > 0) risen_j_ = std::max(risen_j_, now - lowest_);
     if (!touches) lowest_ = std::min(lowest_, most_j + given_j_ - wall_j_);
 }
 

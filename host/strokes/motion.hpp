@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cmath>
-#include <vector>
 
 #include "codegen/model.hpp"
 #include "host/session/scene_state.hpp"
@@ -24,7 +23,6 @@ struct Rigid {
     double mass_kg = 0.0;
     Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
     Eigen::Matrix3d inertia_kg_m2 = Eigen::Matrix3d::Zero();
-    std::vector<Eigen::Vector3d> floor_point_m;  ///< what may rest on the floor
 };
 Rigid rigid_of(const haptable_body& body);
 
@@ -34,14 +32,12 @@ struct Motion {
     Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
     Eigen::Vector3d momentum = Eigen::Vector3d::Zero();       ///< kg m/s, world axes
     Eigen::Vector3d spin_momentum = Eigen::Vector3d::Zero();  ///< kg m^2/s about the centre, world axes
-    unsigned on_floor = 0;                                    ///< points that the floor carries
 };
 Motion motion_of(const haptable_body_state& state, const Rigid& rigid);
 
 /// What a finger has in a tick.
 struct Felt {
     bool touches = false;
-    bool is_sound = false;                              ///< numbers, and no fault
     Eigen::Vector3d at_m = Eigen::Vector3d::Zero();     ///< the finger, world, as the servo took it
     Eigen::Vector3d force_n = Eigen::Vector3d::Zero();  ///< on the hand, world axes
     /// What a release adds to that force, N: it only brakes the motion that it comes with. Where it is asked for.
@@ -49,9 +45,6 @@ struct Felt {
     Eigen::Vector3d load_n = Eigen::Vector3d::Zero();    ///< on the surface, body axes: the sum of the nodal forces
     Eigen::Vector3d god_m = Eigen::Vector3d::Zero();     ///< body coordinates, rest shape
     Eigen::Vector3d inside_m = Eigen::Vector3d::Zero();  ///< the finger as the contact has it: less what modes moved
-    int patch = -1;
-    Eigen::Vector3d alpha = Eigen::Vector3d::Zero();
-    double stored_j() const { return touches ? 0.5 * load_n.dot(inside_m - god_m) : 0.0; }
 };
 Felt felt_of(const SceneState& scene, std::size_t finger, const haptable_input& in, const haptable_output& out);
 
@@ -79,8 +72,7 @@ public:
     void note(const Felt felt[], std::size_t fingers, double stored_j, const Motion& before, const Motion& after,
               const Matrix6d& together = Matrix6d::Zero());
 
-    double risen_j() const { return risen_j_; }  ///< the most, beyond what a wall makes
-    int risen_tick() const { return risen_tick_; }
+    double risen_j() const { return risen_j_; }      ///< the most, beyond what a wall makes
     double largest_j() const { return largest_j_; }  ///< that there was at once
     /// What float forces and places make of the work, J: a rounding of each a tick, all of one sign.
     double rounded_j() const { return rounded_j_; }
@@ -95,7 +87,7 @@ private:
     std::array<Eigen::Vector3d, 2> inside_;
     Matrix6d together_ = Matrix6d::Zero();  ///< of the last tick
     double given_j_ = 0.0, wall_j_ = 0.0, lowest_ = HUGE_VAL, risen_j_ = 0.0, largest_j_ = 0.0, rounded_j_ = 0.0;
-    int ticks_ = 0, risen_tick_ = -1;
+    int ticks_ = 0;
 };
 
 }  // namespace haptable

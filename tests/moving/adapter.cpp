@@ -49,29 +49,36 @@ MovingSession::MovingSession(const MovingTables& tables, const Touching& touchin
 
 void MovingSession::step(const TwoPoints& finger_m) {
     haptable_input in[2] = {};
-    haptable_output out[2] = {};
+    out_ = {};
     const auto fingers = std::size_t(touching_.fingers);
     for (std::size_t f = 0; f < fingers; ++f) {
         std::copy_n(finger_m[f].data(), 3, in[f].finger_m);
         in[f].is_there = 1;
     }
-    scene_->step(in, now_us_ += HAPTABLE_TICK_US, out);
-    for (std::size_t f = 0; f < fingers; ++f) felt_[f] = felt_of(*scene_, f, in[f], out[f]);
+    scene_->step(in, now_us_ += HAPTABLE_TICK_US, out_.data());
+    for (std::size_t f = 0; f < fingers; ++f) felt_[f] = felt_of(*scene_, f, in[f], out_[f]);
 }
 
 void MovingSession::step(const TwoPoints& finger_m, Ledger& ledger) {
     const Motion before = motion();
     step(finger_m);
     // Of what contacts on a free body hold a part is not given: what falls is given as it will be.
-    const double contacts_j = tables_.is_free() ? 0.0 : felt_[0].stored_j() + felt_[1].stored_j();
+    double contacts_j = 0.0;
+    for (const Felt& felt : felt_)
+        if (!tables_.is_free() && felt.touches) contacts_j += 0.5 * felt.load_n.dot(felt.inside_m - felt.god_m);
     ledger.note(felt_.data(), std::size_t(touching_.fingers), contacts_j + modes_j(*scene_), before, motion());
+}
+
+bool MovingSession::is_sound(int finger) const {
+    return out(finger).state != HAPTABLE_REJECTED && out(finger).state != HAPTABLE_FAULTED &&
+           felt(finger).force_n.allFinite() && felt(finger).load_n.allFinite();
 }
 
 bool MovingSession::is_sound() const {
     const Motion m = motion();
-    return std::all_of(felt_.begin(), felt_.begin() + touching_.fingers, [](const Felt& f) { return f.is_sound; }) &&
-           m.centre_m.allFinite() && m.turn.coeffs().allFinite() && m.momentum.allFinite() &&
-           m.spin_momentum.allFinite() && std::isfinite(modes_j(*scene_));
+    return is_sound(0) && (touching_.fingers == 1 || is_sound(1)) && m.centre_m.allFinite() &&
+           m.turn.coeffs().allFinite() && m.momentum.allFinite() && m.spin_momentum.allFinite() &&
+           std::isfinite(modes_j(*scene_));
 }
 
 void MovingSession::put_motion(const Vector3d& velocity_m_per_s, const Vector3d& spin_rad_per_s) {

@@ -68,6 +68,10 @@ public:
     bool both_touch() const { return felt_[0].touches && felt_[1].touches; }
     Eigen::Vector3d force_n() const { return felt_[0].force_n + felt_[1].force_n; }  ///< on both hands
     bool is_sound() const;                                                           ///< all are numbers, without fault
+    bool is_sound(int finger) const;                                                 ///< likewise
+    /// Of the last tick.
+    const haptable_output& out(int finger) const { return out_[std::size_t(finger)]; }
+    bool is_on_floor() const { return scene_->body()->on_floor != 0; }
 
     /// Of a free body by the end of the last tick; of one that is held none.
     Motion motion() const { return tables_.is_free() ? motion_of(*scene_->body(), tables_.rigid()) : Motion(); }
@@ -89,6 +93,7 @@ private:
     haptable_body body_{};
     mutable std::optional<SceneState> scene_;
     std::array<Felt, 2> felt_;
+    std::array<haptable_output, 2> out_{};
     std::uint32_t now_us_ = 0;
 };
 

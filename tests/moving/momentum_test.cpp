@@ -55,7 +55,9 @@ struct Given {
 class MomentumLaw {
 public:
     MomentumLaw(const MovingTables& tables, const Touching& touching) : rigid_(tables.rigid()), touching_(touching) {
-        for (const Vector3d& x : rigid_.floor_point_m) longest_m_ = std::max(longest_m_, (x - rigid_.centre_m).norm());
+        const haptable_body& body = *tables.loaded().body();
+        for (std::uint32_t i = 0; i < body.point_count; ++i) floor_point_m_.push_back(to_vector(body.point_m[i]));
+        for (const Vector3d& x : floor_point_m_) longest_m_ = std::max(longest_m_, (x - rigid_.centre_m).norm());
     }
 
     /// One tick: where the body was before and after it, and what each finger was given.
@@ -110,7 +112,7 @@ private:
     }
     double lowest_m(const Motion& m) const {
         double lowest = HUGE_VAL;
-        for (const Vector3d& x : rigid_.floor_point_m)
+        for (const Vector3d& x : floor_point_m_)
             lowest = std::min(lowest, (m.centre_m + m.turn * (x - rigid_.centre_m)).z());
         return lowest;
     }
@@ -132,6 +134,7 @@ private:
     }
 
     const Rigid& rigid_;
+    std::vector<Vector3d> floor_point_m_;  ///< what may rest on the floor
     Touching touching_;
     double longest_m_ = 0.0, carried_ = 0.0;
 };
@@ -194,7 +197,7 @@ TEST(Momentum, ChangesByWhatActsOnTheBody) {
             const Missed missed = law.judge(session, before, session.motion());
             contact_ticks += session.touches();
             both_ticks += session.both_touch();
-            floor_ticks += session.motion().on_floor != 0;
+            floor_ticks += session.is_on_floor();
             if (missed.largest() > 1.0 && first < 0) first = tick;
             most.take(missed);
         }
