@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from lab import build, contact, cycles, scenes, told
-from lab.error import FORCES
+from lab import binding, build, contact, cycles, scenes, told
+from lab.error import FORCES, in_contact
 from lab.numbers import Topic, Topics, count, error_of, number, percent, seconds, table, to_markdown, write_topics
+from lab.reference import Array
 from lab.scenes import Scene
 from lab.target import MILLISECOND
 
@@ -43,7 +44,7 @@ _SPEEDS = [
 
 
 def speed_tables(raw: Raw) -> Topics:
-    """raw: of haptable-bench; `precisions` of each scene is its summary's."""
+    """raw: of haptable-bench, with what speed() knows of each scene besides."""
     bodies: Raw = raw["scenes"]
 
     def median(row: str, name: str, of: str = "cpu_time") -> float:
@@ -84,12 +85,29 @@ def speed_tables(raw: Raw) -> Topics:
         "precision": table(f" | {names}", stored)}
 
 
+def force_error(folder: Path, path: Array) -> float:
+    """The servo's force, its finger sliding on the path, against equations 9 to 12 in double from the same god-object:
+    the largest of the relative differences."""
+    body = binding.load().load(folder, bare=True)
+    felt = body.servo().replay(np.vstack([path[0] + (0.0, 0.0, 0.004), path]))[1:]
+    given = in_contact(body, felt)
+    rigid = scenes.summary_of(folder)["contact"]["rigid_stiffness_n_per_m"]
+    stiffness = np.tile(rigid * np.eye(3), (len(body.rest), 1, 1))
+    stiffness[np.load(folder / "node_id.npy")] = np.load(folder / "stiffness.npy").reshape(-1, 3, 3)
+    alpha, u = felt["alpha"].astype(float), path - felt["god_object"]
+    wanted = -np.einsum("ta,taij,tj->ti", alpha, stiffness[felt["nodes"]], u)
+    return float((np.linalg.norm(given - wanted, axis=1) / np.linalg.norm(wanted, axis=1)).max())
+
+
 def speed(out: Path, repetitions: int = 9) -> None:
     """Speed of tick and picture."""
     raw = told("haptable-bench", "meshes/cube.toml", "meshes/mouse.toml", "--build", build(), "--repetitions",
                repetitions)
     for name, body in raw["scenes"].items():
-        body["precisions"] = scenes.summary_of(build() / name)["flash"]["precision"]
+        folder, path = build() / name, np.array(body["path_m"])
+        round_m = np.linalg.norm(path - np.roll(path, 1, axis=0), axis=1).sum()
+        body.update(precisions=scenes.summary_of(folder)["flash"]["precision"],
+                    speed_m_s=1e3 * round_m / len(path), force_error=force_error(folder, path))
     write_topics(out, speed_tables(raw))
 
 

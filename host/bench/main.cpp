@@ -14,7 +14,6 @@
 extern "C" {
 #include "firmware/haptable_patch.h"
 }
-#include "host/base/error.hpp"
 #include "host/base/program.hpp"
 #include "host/bench/subject.hpp"
 #include "host/body/assembly.hpp"
@@ -29,6 +28,7 @@ using nlohmann::ordered_json;
 
 constexpr std::size_t kTicks = 1000;       // of a path, once round a circle
 constexpr double kDepth = 0.002;           // m, under the surface
+constexpr double kRepetition_s = 0.05;     // at the least
 constexpr std::size_t kErrorPatches = 50;  // patches on which equation 8 is compared with a solve
 
 template <typename Scalar>
@@ -157,7 +157,7 @@ constexpr std::array kMeasurements = {
 using Cases = std::vector<std::unique_ptr<Case>>;
 
 /// The runs of "SCENE:MEASUREMENT/...", as Google Benchmark tells them.
-ordered_json measure(Cases& cases, int repetitions, double seconds) {
+ordered_json measure(Cases& cases, int repetitions) {
     for (const Measurement& measurement : kMeasurements)
         for (const auto& with : cases)
             benchmark::RegisterBenchmark(
@@ -165,7 +165,7 @@ ordered_json measure(Cases& cases, int repetitions, double seconds) {
                 [&measurement, &with](benchmark::State& state) { measurement.run(state, *with); })
                 ->Repetitions(repetitions)
                 ->MeasureProcessCPUTime()  // of all threads: the renderer has some
-                ->MinTime(seconds);
+                ->MinTime(kRepetition_s);
     // Repetitions of all in turn, so that a ratio compares the same minutes of a busy machine.
     std::string program = "haptable-bench", interleave = "--benchmark_enable_random_interleaving=true";
     std::array<char*, 2> arguments{program.data(), interleave.data()};
@@ -177,38 +177,6 @@ ordered_json measure(Cases& cases, int repetitions, double seconds) {
     reporter.SetErrorStream(&told);
     benchmark::RunSpecifiedBenchmarks(&reporter);
     return ordered_json::parse(told.str())["benchmarks"];
-}
-
-/// Speed of the finger on its circle, m/s: one round in kTicks milliseconds.
-double finger_speed(const FingerPath& path) {
-    double length = 0.0;
-    for (std::size_t i = 0; i < path.size(); ++i)
-        length += (vector(path[(i + 1) % path.size()].data()) - vector(path[i].data())).norm();
-    return length / (1e-3 * static_cast<double>(path.size()));
-}
-
-/// Largest relative difference between the servo's force and equations 9 to 12 in double, from the same god-object,
-/// over the ticks of the sliding finger.
-double force_error(const Case& with) {
-    const Tables& tables = with.subject.tables();
-    const auto stiffness = [&](std::uint16_t vertex) -> Eigen::Matrix3d {
-        if (vertex >= tables.stiffness.size()) return tables.rigid_stiffness_n_per_m * Eigen::Matrix3d::Identity();
-        return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(tables.stiffness[vertex].data());
-    };
-    haptable_servo servo = touched(with.subject.model(), with.sliding);
-    haptable_output out{};
-    double worst = 0.0;
-    for (const auto& finger : with.sliding) {
-        haptable_servo_step(&with.subject.model(), &servo, finger.data(), 0, &out);
-        if (haptable_touches(out.state) == 0)
-            throw Error(with.name + ": the bench's finger lost contact: nothing was measured");
-        const Eigen::Vector3d u = vector(finger.data()) - vector(out.god_object_m);
-        Eigen::Vector3d force = Eigen::Vector3d::Zero();
-        for (int c = 0; c < 3; ++c) force -= static_cast<double>(out.alpha[c]) * (stiffness(out.vertex[c]) * u);
-        if (force.norm() > 0.99 * tables.max_force_n) continue;  // clamped
-        worst = std::max(worst, (vector(out.force_n) - force).norm() / force.norm());
-    }
-    return worst;
 }
 
 /// Largest difference between equation 8 (float32 columns) and a solve in double, as a share of the largest
@@ -233,13 +201,6 @@ double displacement_error(Case& with) {
     return worst;
 }
 
-/// One scene's numbers: how fast its finger goes, and how far the servo and equation 8 are from double.
-ordered_json to_json(Case& with) {
-    return {{"speed_m_s", finger_speed(with.sliding)},
-            {"force_error", force_error(with)},
-            {"displacement_error", displacement_error(with)}};
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -247,16 +208,15 @@ int main(int argc, char** argv) {
     std::vector<fs::path> scenes;
     fs::path build = "build";
     int repetitions = 9;
-    double seconds = 0.05;
     app.option("SCENE", scenes, "scene files, already precomputed into BUILD/<name>").required();
     app.option("--build", build, "where they were precomputed");
     app.option("--repetitions", repetitions, "of each measurement");
-    app.option("--seconds", seconds, "at least so long a repetition");
     return run_program(app, argc, argv, [&] {
         Cases cases;
         for (const fs::path& scene : scenes) cases.push_back(std::make_unique<Case>(read_scene(scene), build));
-        ordered_json all{{"runs", measure(cases, repetitions, seconds)}};
-        for (const auto& with : cases) all["scenes"][with->name] = to_json(*with);
+        ordered_json all{{"runs", measure(cases, repetitions)}};
+        for (const auto& with : cases)
+            all["scenes"][with->name] = {{"path_m", with->sliding}, {"displacement_error", displacement_error(*with)}};
         fmt::print("{}\n", all.dump());
     });
 }

@@ -7,6 +7,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
+import numpy as np
 import pytest
 from lab import LabError, cycles, output_of, programs, scenes
 from lab.error import FORCES
@@ -40,6 +41,15 @@ def test_the_median_of_the_repetitions_counts_and_ratios_tell_whether_they_are_k
                                       ["mouse: one solve over a force step", "20", "at least 30: MISSED"],
                                       ["force step, mouse over cube", "2", "at most 1.3: MISSED"]]
     assert texts(tables["precision"]) == [["float32", "1,752, 1.5e-07", "1,752, 1.5e-07"]]
+
+
+def test_the_force_of_a_sliding_finger_is_that_of_equations_9_to_12(need, build):
+    need("lib/libhaptable.so.1", "cube/stiffness.npy")
+    slide = np.column_stack([np.linspace(0.008, 0.022, 50), np.full(50, 0.0151), np.full(50, 0.028)])
+    path = slide.astype(np.float32).astype(float)
+    assert 1e-9 < programs.force_error(build / "cube", path) < 1e-6
+    with pytest.raises(LabError, match="lost contact"):
+        programs.force_error(build / "cube", path + (0.0, 0.0, 0.01))
 
 
 # ---- beside peers ------------------------------------------------------------------------------------------------
