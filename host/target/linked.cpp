@@ -62,14 +62,8 @@ arm-none-eabi-nm --defined-only "$work/servo.elf")";
 
 }  // namespace
 
-std::string missing_for_link(const fs::path& objects) {
-    if (run_shell("command -v arm-none-eabi-gcc 2>&1").status != 0)
-        return "arm-none-eabi-gcc is not installed: sh scripts/setup.sh cross";
-    if (!fs::exists(objects / "haptable_scene.o")) return objects.string() + " holds no servo: make images";
-    return "";
-}
-
 LinkedServo link_servo(const fs::path& tables, const fs::path& objects, const std::string& offered) {
+    if (!fs::exists(objects / "options")) throw Error(objects.string() + " holds no servo: make images");
     // Beside the tables; the linker gets it by a path from elsewhere.
     const StagedPath work(fs::absolute(tables / "linked"), StagedKind::folder);
     write_file(work.path() / "main.c", kMain);

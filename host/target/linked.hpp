@@ -21,11 +21,8 @@ struct LinkedServo {
 ///   tables   a folder that precompute wrote
 ///   objects  build/<name>/firmware/cortex-m7, as `make images` leaves it
 ///   offered  the objects that the linker is offered, a list for the shell
-/// Throws Error where a compiler or an object is missing.
+/// Throws Error where there are no objects, or they cannot be linked.
 LinkedServo link_servo(const std::filesystem::path& tables, const std::filesystem::path& objects,
                        const std::string& offered = "haptable_*.o");
-
-/// Why it cannot be linked here, in one line; empty when it can.
-std::string missing_for_link(const std::filesystem::path& objects);
 
 }  // namespace haptable

@@ -194,9 +194,7 @@ ordered_json count(const Options& o) {
 
 /// Bytes of the servo that is linked with what the scene's tables name.
 ordered_json link(const Options& o) {
-    const fs::path objects = o.build / "cube/firmware/cortex-m7";
-    if (const std::string missing = missing_for_link(objects); !missing.empty()) throw Error(missing);
-    const LinkedServo linked = link_servo(o.folders.front(), objects);
+    const LinkedServo linked = link_servo(o.folders.front(), o.build / "cube/firmware/cortex-m7");
     return {{"flash", linked.flash}, {"ram", linked.ram}};
 }
 

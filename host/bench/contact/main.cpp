@@ -12,6 +12,7 @@
 #include <chrono>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -140,12 +141,13 @@ nlohmann::ordered_json fastest_of(const AllTouched& touched, const std::vector<F
     return all;
 }
 
-using Subjects = std::array<std::unique_ptr<LoadedScene>, 3>;  // by force
+using Subjects = std::map<ForceLaw, std::unique_ptr<LoadedScene>>;
 
 /// The fastest that each tick in contact, and each above, was in any round, s: of the clock alone, of the peers, and of
 /// every mode.
 nlohmann::ordered_json times_on(const Subjects& subjects, const std::vector<std::filesystem::path>& peers, int rounds) {
-    const Tables& tables = subjects[0]->tables();
+    const LoadedScene& points = *subjects.at(ForceLaw::kInterpolated);
+    const Tables& tables = points.tables();
     const std::vector<FingerPath> strokes = slow_strokes(tables);
     AllTouched touched{{"clock", {}}};
     for (const std::filesystem::path& peer : peers)
@@ -153,9 +155,8 @@ nlohmann::ordered_json times_on(const Subjects& subjects, const std::vector<std:
             touched.emplace_back(peer.stem().string() + (friction ? " friction" : ""), peer_on(peer, tables, friction));
     for (const Mode& mode : every_mode())
         if (mode.more != "passivity")  // no peer has it
-            touched.emplace_back(mode.name(),
-                                 servo_on(in_mode(subjects[static_cast<std::size_t>(mode.force)]->model(), mode)));
-    const auto presses = pressing_in(servo_on(subjects[0]->model()), strokes);
+            touched.emplace_back(mode.name(), servo_on(in_mode(subjects.at(mode.force)->model(), mode)));
+    const auto presses = pressing_in(servo_on(points.model()), strokes);
     const FingerPath round = circle(tables, -kAbove_m, kRound);
     return {{"contact", fastest_of(touched, strokes, rounds, [&](std::size_t tick) { return presses[tick] > 0; })},
             {"above", fastest_of(touched, {round}, rounds, [](std::size_t tick) { return tick > 0; })}};
@@ -256,13 +257,11 @@ int main(int argc, char** argv) {
     app.option("--rounds", rounds, "every tick is as fast as it was in any of so many").show_default();
     return run_program(app, argc, argv, [&] {
         Subjects subjects;
-        if (folders.size() != subjects.size()) throw Error("DIR: give three folders, one of each force");
         for (const std::filesystem::path& folder : folders) {
             auto subject = std::make_unique<LoadedScene>(unlimited(folder));
-            subjects[static_cast<std::size_t>(subject->tables().force)] = std::move(subject);
+            subjects[subject->tables().force] = std::move(subject);
         }
-        for (const auto& subject : subjects)
-            if (!subject) throw Error("DIR: two folders are of the same force: give one of each");
+        if (folders.size() != 3 || subjects.size() != 3) throw Error("DIR: give three folders, one of each force");
         nlohmann::ordered_json all = times_on(subjects, peers, rounds);
         if (!tool.empty()) all["tool"] = tool_times_on(tool, peers, rounds);
         fmt::print("{}\n", all.dump());

@@ -40,7 +40,7 @@ constexpr std::size_t kColumnNodes = 10000;  // bodies of at most so many nodes 
 Scene cube_scene(int nodes_per_side, double poisson) {
     Scene scene;
     scene.file = "cube.toml";
-    scene.name = fmt::format("cube{}-{:.0f}", nodes_per_side, 100.0 * poisson);
+    scene.name = fmt::format("cube {}", nodes_per_side);
     scene.mesh.generate = "cube";
     scene.mesh.nodes_per_side = nodes_per_side;
     scene.material = {1e4, poisson};
@@ -299,11 +299,7 @@ int main(int argc, char** argv) {
             all["bodies"].back()["is_cube"] = is_cube;
             fmt::print(stderr, "  measured {}\n", scene.name);
         };
-        for (int side : sides) {
-            Scene scene = cube_scene(side, 0.3);
-            scene.name = fmt::format("cube {}", side);
-            add(scene, true);
-        }
+        for (int side : sides) add(cube_scene(side, 0.3), true);
         for (const fs::path& file : scenes) add(read_scene(file), false);
         fmt::print("{}\n", all.dump());
     });
