@@ -241,13 +241,11 @@ private:
 
     Tally stroke(const StrokedMesh& mesh, const StrokedBody& body, const TouchMode& mode) {
         const Scene scene = in_mode(mesh.scene, mode);
-        const auto tools = mode.tool ? body.random_tools(scene) : std::vector<ToolTables>{};
+        const auto tools = mode.tool ? random_tools(body, scene) : std::vector<ToolTables>{};
         const StrokedModel model(body, scene.contact, tools);
-        const StrokeMaker maker(body.servo());
         const std::uint64_t seed = seed_of(options_.seed, mesh.name, mode);
         const std::string what = mesh.name + ", " + mode.name();
-        Tally tally =
-            run_strokes(model.touched(), maker, seed, each_, workers_, [&](std::size_t done) { tell(done, what); });
+        Tally tally = run_strokes(model.touched(), seed, each_, workers_, [&](std::size_t done) { tell(done, what); });
         done_ += each_;
         for (std::size_t f = 0; f < kFaults; ++f) {
             std::size_t left = kExamples;
@@ -261,7 +259,7 @@ private:
                     const ToolTables& tool = tools[broken.number % tools.size()];
                     own.tool = Tool{tool.point_m, {}, tool.max_torque_n_m};
                 }
-                write_example(static_cast<Fault>(f), touched, own, make_stroke(touched, maker, seed, broken.number),
+                write_example(static_cast<Fault>(f), touched, own, make_stroke(touched, seed, broken.number),
                               fmt::format("{}-{}-{}-{}", mesh.name, mode.name(), options_.seed, broken.number));
             }
         }
@@ -320,8 +318,8 @@ void Tally::add(const Tally& other) {
     broken.insert(broken.end(), other.broken.begin(), other.broken.end());
 }
 
-Tally run_strokes(const Touched& touched, const StrokeMaker& maker, std::uint64_t seed, std::size_t count,
-                  Workers& workers, const std::function<void(std::size_t done)>& on_done) {
+Tally run_strokes(const Touched& touched, std::uint64_t seed, std::size_t count, Workers& workers,
+                  const std::function<void(std::size_t done)>& on_done) {
     const double cpu_begin_s = process_cost().cpu_s;
     std::vector<Tally> chunks((count + kChunk - 1) / kChunk);
     std::mutex mutex;
@@ -330,7 +328,7 @@ Tally run_strokes(const Touched& touched, const StrokeMaker& maker, std::uint64_
         const std::size_t end = std::min(count, (chunk + 1) * kChunk);
         for (std::size_t number = chunk * kChunk; number < end; ++number) {
             const Touched one = touched.of_stroke(number);
-            const Stroke stroke = make_stroke(one, maker, seed, number);
+            const Stroke stroke = make_stroke(one, seed, number);
             chunks[chunk].add(number, stroke, judge(one, stroke));
         }
         const std::lock_guard lock(mutex);

@@ -37,8 +37,8 @@ struct Tally {
 
 /// Strokes number 0 .. count - 1 of that seed. The result does not depend on the number of threads, but for cpu_s.
 /// on_done: strokes done so far, called from one thread at a time.
-Tally run_strokes(const Touched& touched, const StrokeMaker& maker, std::uint64_t seed, std::size_t count,
-                  Workers& workers, const std::function<void(std::size_t done)>& on_done);
+Tally run_strokes(const Touched& touched, std::uint64_t seed, std::size_t count, Workers& workers,
+                  const std::function<void(std::size_t done)>& on_done);
 
 struct CampaignOptions {
     std::vector<std::filesystem::path> places;  ///< scenes, meshes, folders of them

@@ -136,7 +136,7 @@ public:
           servo_(touched.has_points() ? scene.point_servo(finger) : scene.servo(finger)),
           finger_(finger),
           tick_(tick),
-          where_(touched.solid) {}
+          where_(touched.on.solid) {}
     FingerTrial(const FingerTrial&) = delete;
     FingerTrial& operator=(const FingerTrial&) = delete;
 
@@ -196,17 +196,17 @@ public:
             "{},{},{:.9g},{:d},{:d},{:d},{},{:.6g},{:.9g},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{}\n",
             tick_.index, finger_, listed(now_.x), now_.contact, where_.is_inside(now_.x), sees_god(),
             now_.contact ? std::to_string(g.patch) : "", listed(g.alpha), listed(now_.god), now_.limits(),
-            touched_.solid.gap_m(now_.x), now_.felt.force_n.norm(), now_.law_n.norm(), change_n().norm(),
+            touched_.on.solid.gap_m(now_.x), now_.felt.force_n.norm(), now_.law_n.norm(), change_n().norm(),
             now_.energy_j(), is_alone() ? account_.given_j : given_j, tick_.faults);
     }
 
 private:
     /// One finger on a body at rest: all that it gives hangs on its own path.
     bool is_alone() const { return touched_.pair == nullptr && !touched_.has_points() && !moves(); }
-    bool moves() const { return touched_.body != nullptr || touched_.modes != nullptr; }
+    bool moves() const { return touched_.body() != nullptr || touched_.modes() != nullptr; }
     bool has_hand() const { return touched_.tool() == nullptr; }
     Vector3d change_n() const { return now_.felt.force_n - last_.felt.force_n; }
-    double clear_m() const { return kClear * touched_.solid.size_m(); }
+    double clear_m() const { return kClear * touched_.on.solid.size_m(); }
     double most_n() const { return static_cast<double>(model_.max_force_n); }
     haptable_freed* freed() const { return haptable_freed_of(&model_, &servo_); }
 
@@ -214,9 +214,10 @@ private:
 
     /// In the body's frame. How far modes have moved the surface is the servo's word.
     Vector3d inside_of(const Felt& felt) const {
-        if (touched_.modes != nullptr) return felt.inside_m;
-        if (touched_.body == nullptr) return felt.at_m;
-        return tick_.before.turn.conjugate() * (felt.at_m - tick_.before.centre_m) + to_vector(touched_.body->centre_m);
+        if (touched_.modes() != nullptr) return felt.inside_m;
+        if (touched_.body() == nullptr) return felt.at_m;
+        return tick_.before.turn.conjugate() * (felt.at_m - tick_.before.centre_m) +
+               to_vector(touched_.body()->centre_m);
     }
 
     /// Where a point's contact begins and ends the nearest god-object tells.
@@ -224,7 +225,7 @@ private:
         now_.felt.at_m = now_.x = to_vector(servo_.finger_m);
         now_.contact = point.is_inside != 0;
         now_.presses = point.presses != 0;
-        rounding_m_ = kRoundings * (touched_.solid.reach_m() + now_.x.norm());
+        rounding_m_ = kRoundings * (touched_.on.solid.reach_m() + now_.x.norm());
         now_.load_n = now_.felt.force_n = to_vector(point.load_n);
         if (!now_.contact) return;
         now_.at = {point.at.patch, to_vector(point.at.alpha)};
@@ -249,13 +250,13 @@ private:
         if (model_.release != nullptr) now_.felt.released_n = now_.felt.force_n + now_.felt.load_n;
         now_.x = inside_of(now_.felt);
         rounding_m_ =
-            kRoundings * (touched_.solid.reach_m() + (touched_.body != nullptr ? now_.felt.at_m.norm() : 0.0));
+            kRoundings * (touched_.on.solid.reach_m() + (touched_.body() != nullptr ? now_.felt.at_m.norm() : 0.0));
         if (!now_.contact) return;
         now_.god = now_.loaded_m;
         if (const haptable_pair* pair = scene_.pair(); pair != nullptr)
             now_.raised_m = to_vector(pair->view[finger_].raised_m);
-        now_.s = touched_.law.stiffness(now_.at);
-        now_.curve = touched_.law.curve();
+        now_.s = touched_.on.law.stiffness(now_.at);
+        now_.curve = touched_.on.law.curve();
         now_.load_n = now_.curve.factor(now_.linear_j(now_.x)) * (now_.s * now_.dent());
         now_.law_n = cut(-now_.load_n, most_n());
     }
@@ -265,7 +266,7 @@ private:
     /// The last motion was clearly inside midway from where it went in to where it came out; one that only touches an
     /// edge was not.
     bool went_through() const {
-        const Solid& solid = touched_.solid;
+        const Solid& solid = touched_.on.solid;
         if (solid.sees(last_.x, now_.x)) return false;
         const auto from_last = [&](const Solid::Entry& entry) { return (entry.point_m - last_.x).norm(); };
         const std::vector<Solid::Entry> out = solid.entries(now_.x, last_.x, 0.0);
@@ -287,7 +288,7 @@ private:
         if (!now_.contact || !is_clearly_outside()) return false;
         const Vector3d line = now_.x - now_.god;
         const double left_out_m = static_cast<double>(model_.tolerance_m);
-        return touched_.solid.sees(now_.x, now_.god + std::min(0.5, left_out_m / line.norm()) * line);
+        return touched_.on.solid.sees(now_.x, now_.god + std::min(0.5, left_out_m / line.norm()) * line);
     }
 
     void check_sides() {
@@ -305,7 +306,7 @@ private:
 
         since_.came_from_outside |= is_outside || now_.contact;
         count(since_.deep_ticks, !now_.contact && since_.came_from_outside && where_.is_inside(now_.x) &&
-                                     where_.is_beyond(now_.x, kDeep * touched_.solid.size_m()));
+                                     where_.is_beyond(now_.x, kDeep * touched_.on.solid.size_m()));
         tick_.expect(since_.deep_ticks < kDeepTicks, Fault::kLost);
     }
 
@@ -321,9 +322,9 @@ private:
     void check_area() {
         const double missed = std::abs(now_.at.alpha.sum() - 1.0);
         tick_.verdict.most_area = std::max(tick_.verdict.most_area, missed);
-        const double off_m = (point_of(touched_.servo, now_.at) - now_.loaded_m).norm();
+        const double off_m = (point_of(touched_.on.servo(), now_.at) - now_.loaded_m).norm();
         tick_.expect(missed <= kSumOfAreas * kFloat && now_.at.alpha.minCoeff() >= 0.0 &&
-                         off_m <= kRoundings * touched_.solid.reach_m(),
+                         off_m <= kRoundings * touched_.on.solid.reach_m(),
                      Fault::kArea);
     }
 
@@ -343,7 +344,7 @@ private:
     void check_law() {
         const haptable_pair* pair = scene_.pair();
         if (pair != nullptr && pair->touches[finger_] != 0 && pair->touches[1 - finger_] != 0) return;
-        const Matrix3d law_n = touched_.law.nodal_forces(now_.at, now_.s, now_.dent());
+        const Matrix3d law_n = touched_.on.law.nodal_forces(now_.at, now_.s, now_.dent());
         const double square = law_n.squaredNorm();
         double share = 1.0;
         if (moves()) share = square > 0.0 ? std::clamp(law_n.cwiseProduct(now_.nodal_n).sum() / square, 0.0, 1.0) : 0.0;
@@ -352,8 +353,8 @@ private:
         double error = largest_of(now_.nodal_n - share * law_n);
         if (is_alone() && model_.release == nullptr) error = std::max(error, (now_.felt.force_n - now_.law_n).norm());
         tick_.expect(error <= kLaw * largest || error <= rounding_of(largest), Fault::kLaw);
-        if (!is_alone() || !touched_.law.draws(now_.at)) return;
-        const double gap_m = (touched_.law.drawn(now_.at, now_.nodal_n) - now_.u()).norm();
+        if (!is_alone() || !touched_.on.law.draws(now_.at)) return;
+        const double gap_m = (touched_.on.law.drawn(now_.at, now_.nodal_n) - now_.u()).norm();
         tick_.expect(
             gap_m <= kLaw * now_.u().norm() || gap_m <= rounding_of(now_.load_n.norm()) / eigenvalues(now_.s)[0],
             Fault::kDrawn);
@@ -411,17 +412,17 @@ private:
         if (!now_.contact || (last_.contact && now_.counters.contacts == last_.counters.contacts)) return 0.0;
         // A motion may begin within the tolerance behind the surface, and go along it there.
         const Vector3d from = last_.x - clear_m() * motion_m().normalized();
-        std::vector<Solid::Entry> entries = touched_.solid.entries(from, now_.x, clear_m());
+        std::vector<Solid::Entry> entries = touched_.on.solid.entries(from, now_.x, clear_m());
         if (entries.empty() && !where_.is_beyond(last_.x, clear_m()))
-            entries.push_back(touched_.solid.nearest(last_.x));
+            entries.push_back(touched_.on.solid.nearest(last_.x));
         double most = 0.0;
         for (const Solid::Entry& entry : entries)
             most = std::max(most, 0.5 * (now_.x - entry.point_m).dot(spring_at(entry) * (now_.x - entry.point_m)));
-        return touched_.law.curve().stored(most);
+        return touched_.on.law.curve().stored(most);
     }
 
     Matrix3d spring_at(const Solid::Entry& entry) const {
-        const auto corner = [&](std::size_t c) { return corner_of(touched_.servo, entry.triangle, c % 3); };
+        const auto corner = [&](std::size_t c) { return corner_of(touched_.on.servo(), entry.triangle, c % 3); };
         const Vector3d n = (corner(1) - corner(0)).cross(corner(2) - corner(0));
         SurfacePoint at{entry.triangle, Vector3d::Zero()};
         for (std::size_t c = 0; c < 3; ++c) {
@@ -429,7 +430,7 @@ private:
             at.alpha[static_cast<int>(c)] = std::max(0.0, n.dot((b - a).cross(entry.point_m - a)) / n.squaredNorm());
         }
         at.alpha /= at.alpha.sum();
-        return touched_.law.stiffness(at);
+        return touched_.on.law.stiffness(at);
     }
 
     /// What the last tick's contact gives until now, the god-object standing still; where it has ended, until that gave
@@ -488,7 +489,7 @@ private:
 
     void check_cone() {
         if (now_.counters.contacts != last_.counters.contacts) return;
-        const auto normal = touched_.solid.outward(now_.at.patch, now_.at.alpha);
+        const auto normal = touched_.on.solid.outward(now_.at.patch, now_.at.alpha);
         const bool slips = servo_.contact.slips != 0;
         const double mu = static_cast<double>(slips ? model_.kinetic_friction : model_.static_friction);
         tick_.expect(!normal || is_in_cone(mu, *normal) || is_freed(), Fault::kCone);
@@ -532,7 +533,7 @@ struct Pressing {
         u_m = of_each(point, [](const auto& one) { return one.now().loaded_u(); });
         f_n = of_each(point, [](const auto& one) { return one.now().load_n; });
         for (const std::size_t i : in) rounding_m = std::max(rounding_m, point[i].rounding_m());
-        if (!in.empty()) c = touched.law.compliance(touched.coupling(), at);
+        if (!in.empty()) c = touched.on.law.compliance(touched.coupling(), at);
     }
     /// One below the other.
     template <typename Value>
@@ -581,11 +582,11 @@ public:
     Trial(const Touched& touched, std::string* told)
         : touched_(touched),
           told_(told),
-          scene_(touched.model, touched.pair, touched.body, touched.modes, touched.tool()),
-          rigid_(touched.body != nullptr ? rigid_of(*touched.body) : Rigid()),
-          ledger_(
-              touched.servo.stiffness.felt_n_per_m, touched.body != nullptr ? &rigid_ : nullptr,
-              touched.modes != nullptr && (touched.model.energy == nullptr || touched.model.frictionless != nullptr)) {
+          scene_(touched.model, touched.pair, touched.body(), touched.modes(), touched.tool()),
+          rigid_(touched.body() != nullptr ? rigid_of(*touched.body()) : Rigid()),
+          ledger_(touched.on.servo().stiffness.felt_n_per_m, touched.body() != nullptr ? &rigid_ : nullptr,
+                  touched.modes() != nullptr &&
+                      (touched.model.energy == nullptr || touched.model.frictionless != nullptr)) {
         for (std::size_t f = 0; f < touched.contacts(); ++f) finger_.emplace_back(touched_, scene_, f, tick_);
     }
 
@@ -608,11 +609,11 @@ private:
         tick_.faults.clear();
         tick_.rests = tick_.index > 0 && at == at_;
         at_ = at;
-        if (touched_.body != nullptr) tick_.before = motion_of(*scene_.body(), rigid_);
+        if (touched_.body() != nullptr) tick_.before = motion_of(*scene_.body(), rigid_);
         for (FingerTrial& finger : finger_) finger.keep();
         hands_ = Hands();
         hands_.step(touched_, scene_, at, static_cast<std::size_t>(tick_.index));
-        if (touched_.body != nullptr) tick_.after = motion_of(*scene_.body(), rigid_);
+        if (touched_.body() != nullptr) tick_.after = motion_of(*scene_.body(), rigid_);
         for (std::size_t f = 0; f < finger_.size(); ++f)
             touched_.tool() != nullptr ? finger_[f].take() : finger_[f].take(hands_.in[f], hands_.out[f]);
         tick_.has_limit = std::ranges::any_of(finger_, &FingerTrial::has_limit);
@@ -624,9 +625,9 @@ private:
         tick_.verdict.contact_ticks += contacts > 0 ? 1 : 0;
         tick_.verdict.both_ticks += contacts > 1 ? 1 : 0;
         if (touched_.has_points()) check_points();
-        if (touched_.body != nullptr && !only_fingers_act()) return;
-        if (touched_.body != nullptr) check_momentum();
-        if (touched_.body != nullptr || touched_.modes != nullptr ||
+        if (touched_.body() != nullptr && !only_fingers_act()) return;
+        if (touched_.body() != nullptr) check_momentum();
+        if (touched_.body() != nullptr || touched_.modes() != nullptr ||
             (touched_.pair != nullptr && touched_.model.energy != nullptr && !touched_.has_points()))
             check_ledger();
     }
@@ -652,7 +653,7 @@ private:
     /// None presses, and has not for twice as many ticks as the servo waits, though one is deep inside.
     void check_unfelt(bool none_presses) {
         const bool is_deep = std::ranges::any_of(finger_, [&](const FingerTrial& one) {
-            return one.now().contact && one.now().dent().dot(one.now().normal) < -kDeep * touched_.solid.size_m();
+            return one.now().contact && one.now().dent().dot(one.now().normal) < -kDeep * touched_.on.solid.size_m();
         });
         unfelt_ticks_ = is_deep && none_presses ? unfelt_ticks_ + 1 : 0;
         tick_.expect(unfelt_ticks_ < 2 * HAPTABLE_POINTS_UNFELT, Fault::kLost);
@@ -696,7 +697,7 @@ private:
 
     /// No weight, no suspension, no floor.
     bool only_fingers_act() const {
-        const haptable_body& body = *touched_.body;
+        const haptable_body& body = *touched_.body();
         float sum = static_cast<float>(body.point_count);
         for (int c = 0; c < 3; ++c)
             sum += std::abs(body.gravity_m_per_s2[c]) + body.stiffness_n_per_m[c] + body.damping_n_s_per_m[c] +
@@ -720,7 +721,7 @@ private:
         }
         const double none = kTick_s * kNoForce_n;
         tick_.expect(linear.norm() <= kImpulse * kFloat * size + none &&
-                         angular.norm() <= kImpulse * kFloat * turning + none * touched_.solid.reach_m(),
+                         angular.norm() <= kImpulse * kFloat * turning + none * touched_.on.solid.reach_m(),
                      Fault::kMomentum);
     }
 
@@ -736,7 +737,7 @@ private:
         Matrix6d together = Matrix6d::Zero();
         if (finger_.size() == 2 && a.contact && b.contact)
             together = std::max(a.largest_tangent(), b.largest_tangent()) *
-                       touched_.law.stiffness_of_two(*touched_.pair, {a.at, b.at});
+                       touched_.on.law.stiffness_of_two(*touched_.pair, {a.at, b.at});
         ledger_.note(felt.data(), finger_.size(), modes_j(scene_), tick_.before, tick_.after, together);
         verdict.most_stored_j = std::max(verdict.most_stored_j, contacts_j + ledger_.largest_j());
         verdict.most_given_j = ledger_.risen_j();
@@ -763,12 +764,12 @@ constexpr double kBehind = 50.0;
 }  // namespace
 
 /// The hands' frame follows the body's.
-Stroke make_stroke(const Touched& touched, const StrokeMaker& maker, std::uint64_t seed, std::uint64_t number) {
-    if (touched.tool() != nullptr) return maker.make_poses(seed, number);
-    Stroke stroke = maker.make(seed, number, touched.fingers());
-    if (touched.body == nullptr) return stroke;
-    SceneState scene(touched.model, touched.pair, touched.body, touched.modes);
-    const Rigid rigid = rigid_of(*touched.body);
+Stroke make_stroke(const Touched& touched, std::uint64_t seed, std::uint64_t number) {
+    if (touched.tool() != nullptr) return touched.on.maker.make_poses(seed, number);
+    Stroke stroke = touched.on.maker.make(seed, number, touched.fingers());
+    if (touched.body() == nullptr) return stroke;
+    SceneState scene(touched.model, touched.pair, touched.body(), touched.modes());
+    const Rigid rigid = rigid_of(*touched.body());
     Vector3d centre = rigid.centre_m;
     Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
     Hands hands;

@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "codegen/loaded_scene.hpp"
 #include "host/strokes/law.hpp"
 #include "host/strokes/motion.hpp"
 #include "host/strokes/solid.hpp"
@@ -63,19 +64,34 @@ inline void step_scene(SceneState& scene, const haptable_input in[], std::uint32
     scene.step(in, now_us, out);
 }
 
+/// A body's tables as the servo has them, for all god-objects, with friction and without; what strokes it, and what
+/// judges that.
+struct StrokedBody {
+    explicit StrokedBody(SceneFiles files)
+        : loaded(std::move(files)),
+          solid(servo().vertex_m, servo().patch),
+          law(loaded.tables(), servo()),
+          maker(servo()) {}
+
+    const ServoModel& servo() const { return loaded.servo(); }
+
+    LoadedScene loaded;
+    Solid solid;
+    Law law;
+    StrokeMaker maker;
+};
+
 /// One body in one mode.
 struct Touched {
-    const Solid& solid;
-    const Law& law;
-    const ServoModel& servo;
+    const StrokedBody& on;
     const haptable_model& model;
     const haptable_pair_model* pair = nullptr;     ///< null: one finger, or a tool
-    const haptable_body* body = nullptr;           ///< null: it is held
-    const haptable_modes* modes = nullptr;         ///< null: it follows at once
     std::span<const haptable_tool_model> tools{};  ///< empty: the hand has fingers; else it holds the first
     std::span<const haptable_pair_model> pairs{};  ///< of which a stroke has one: by the number of fingers
     StepOfScene* step = &step_scene;               ///< a test may put a worse one in its place
 
+    const haptable_body* body() const { return on.loaded.body(); }     ///< null: it is held
+    const haptable_modes* modes() const { return on.loaded.modes(); }  ///< null: it follows at once
     int fingers() const { return pair != nullptr ? pair->finger_count : 1; }
     /// A tool, or three fingers and more.
     bool has_points() const { return !tools.empty() || fingers() > HAPTABLE_FINGERS; }
@@ -97,7 +113,7 @@ struct Touched {
 };
 
 /// The stroke of that number. Where nothing holds the body the hands go after it.
-Stroke make_stroke(const Touched& touched, const StrokeMaker& maker, std::uint64_t seed, std::uint64_t number);
+Stroke make_stroke(const Touched& touched, std::uint64_t seed, std::uint64_t number);
 
 /// What the judge tells of each finger, or point of a tool, in each tick, a line of CSV: where the finger is, as the
 /// surface at rest has it; the god-object; limits so far; distance from the surface; the force felt, the mode's cut to

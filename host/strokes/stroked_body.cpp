@@ -107,19 +107,18 @@ SceneFiles BodyTables::with(const TouchMode& mode) {
 double BodyTables::cpu_s() const {
     double sum_s = 0.0;
     if (!fs::exists(folder_)) return sum_s;
-    for (const fs::directory_entry& entry : fs::directory_iterator(folder_)) {
-        const fs::path file = entry.path() / "summary.json";
-        if (!fs::exists(file)) continue;
-        const auto summary = parse_json(read_file(file));
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder_)) {
+        if (entry.path().filename() != "summary.json") continue;
+        const auto summary = parse_json(read_file(entry.path()));
         for (const auto& [stage, cpu_s] : summary.at("cpu_s").items()) sum_s += cpu_s.get<double>();
     }
     return sum_s;
 }
 
-std::vector<ToolTables> StrokedBody::random_tools(const Scene& scene) const {
+std::vector<ToolTables> random_tools(const StrokedBody& body, const Scene& scene) {
     constexpr std::size_t kMost = 16;
     constexpr double kLargest = 1.0 / 12.0;  // of the body's size: a radius
-    const double size_m = solid.size_m();
+    const double size_m = body.solid.size_m();
     std::mt19937_64 dice(kMost);
     const auto between = [&](double low, double high) { return std::uniform_real_distribution(low, high)(dice); };
     std::vector<ToolTables> tools;
@@ -149,7 +148,6 @@ StrokedModel::StrokedModel(const StrokedBody& body, const ContactOptions& contac
     const Tables& whole = body.loaded.tables();
     Tables tables;  // what a model has beside the servo's tables
     tables.force = whole.force;
-    tables.model_hash = whole.model_hash;
     tables.max_force_n = whole.max_force_n;
     const int most = contact.fingers, least = std::min(most, HAPTABLE_FINGERS + 1);
     if (tools.empty() && most <= HAPTABLE_FINGERS) tables.stiffening = whole.stiffening;  // docs/MATERIALS.md: refused
@@ -166,18 +164,6 @@ StrokedModel::StrokedModel(const StrokedBody& body, const ContactOptions& contac
     }
     for (const ToolTables& tool : tools) points_.push_back(points_of(tool));
     for (std::size_t t = 0; t < tools.size(); ++t) tools_.push_back(tool_in_memory(tools[t], points_[t], pairs_[0]));
-}
-
-Touched StrokedModel::touched() const {
-    return {body_.solid,
-            body_.law,
-            body_.servo(),
-            model_,
-            !pairs_.empty() && tools_.empty() ? &pairs_.back() : nullptr,
-            body_.loaded.body(),
-            body_.loaded.modes(),
-            tools_,
-            pairs_};
 }
 
 }  // namespace haptable

@@ -8,7 +8,6 @@
 #include <optional>
 #include <string>
 
-#include "codegen/loaded_scene.hpp"
 #include "host/base/modes.hpp"
 #include "host/inverse/cholmod_inverse.hpp"
 #include "host/scene/scene.hpp"
@@ -80,20 +79,9 @@ private:
     CholmodInverse inverse_;
 };
 
-/// A body's tables as the servo has them, for all god-objects, with friction and without; and what judges it.
-struct StrokedBody {
-    explicit StrokedBody(SceneFiles files)
-        : loaded(std::move(files)), solid(servo().vertex_m, servo().patch), law(loaded.tables(), servo()) {}
-
-    const ServoModel& servo() const { return loaded.servo(); }
-    /// Tools of 2 to 16 points: spheres, discs, and points as a hand may put them, from one mask's size to a sixth of
-    /// the body's.
-    std::vector<ToolTables> random_tools(const Scene& scene) const;
-
-    LoadedScene loaded;
-    Solid solid;
-    Law law;
-};
+/// Tools of 2 to 16 points: spheres, discs, and points as a hand may put them, from one mask's size to a sixth of the
+/// body's.
+std::vector<ToolTables> random_tools(const StrokedBody& body, const Scene& scene);
 
 /// The servo's models of a body in one mode.
 class StrokedModel {
@@ -104,7 +92,9 @@ public:
     StrokedModel(const StrokedModel&) = delete;
     StrokedModel& operator=(const StrokedModel&) = delete;
 
-    Touched touched() const;
+    Touched touched() const {
+        return {body_, model_, !pairs_.empty() && tools_.empty() ? &pairs_.back() : nullptr, tools_, pairs_};
+    }
 
 private:
     const StrokedBody& body_;

@@ -53,28 +53,26 @@ struct Stroked {
     Stroked(StrokedTables& tables, const TouchMode& mode, StepOfScene* step = &step_scene)
         : scene(in_mode(tables.scene(), mode)),
           body(tables.body(mode)),
-          model(body, scene.contact, mode.tool ? body.random_tools(scene) : std::vector<ToolTables>{}),
-          touched(model.touched()),
-          maker(body.servo()) {
+          model(body, scene.contact, mode.tool ? random_tools(body, scene) : std::vector<ToolTables>{}),
+          touched(model.touched()) {
         touched.step = step;
     }
 
     Stroke stroke(std::uint64_t seed, std::uint64_t number) const {
-        return make_stroke(touched.of_stroke(number), maker, seed, number);
+        return make_stroke(touched.of_stroke(number), seed, number);
     }
     Verdict judged(std::uint64_t seed, std::uint64_t number) const {
         return judge(touched.of_stroke(number), stroke(seed, number));
     }
     Tally tally(std::uint64_t seed, std::size_t strokes) const {
         Workers workers(1);
-        return run_strokes(touched, maker, seed, strokes, workers, [](std::size_t) {});
+        return run_strokes(touched, seed, strokes, workers, [](std::size_t) {});
     }
 
     Scene scene;
     const StrokedBody& body;
     StrokedModel model;
     Touched touched;
-    StrokeMaker maker;
 };
 
 }  // namespace haptable::test

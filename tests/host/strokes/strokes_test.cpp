@@ -158,7 +158,7 @@ TEST(Strokes, OverOtherPeoplesMeshesKeepWhatContactPromises) {
 
 TEST(Strokes, AreTheSameForTheSameNumbers) {
     const TemporaryFolder folder;
-    const StrokeMaker maker(tables_of("needle").body({}).servo());
+    const StrokeMaker& maker = tables_of("needle").body({}).maker;
     for (std::uint64_t number = 0; number < 50; ++number) {
         const int fingers = static_cast<int>(number % (1 + HAPTABLE_HANDS));
         const auto make = [&](std::uint64_t seed) {
