@@ -137,8 +137,6 @@ public:
           finger_(finger),
           tick_(tick),
           where_(touched.on.solid) {}
-    FingerTrial(const FingerTrial&) = delete;
-    FingerTrial& operator=(const FingerTrial&) = delete;
 
     void keep() {
         before_ = servo_;

@@ -66,7 +66,7 @@ struct Solid::Trees {
 };
 
 Solid::Solid(const std::vector<std::array<float, 3>>& point, const std::vector<Corners>& triangle)
-    : trees_(std::make_unique<Trees>()), corners_(triangle), around_(point.size()) {
+    : trees_(std::make_shared<Trees>()), corners_(triangle), around_(point.size()) {
     Eigen::AlignedBox3d box;
     for (const auto& p : point) {
         box.extend(point_.emplace_back(Eigen::Map<const Eigen::Vector3f>(p.data()).cast<double>()));
@@ -82,8 +82,6 @@ Solid::Solid(const std::vector<std::array<float, 3>>& point, const std::vector<C
     trees_->tree.rebuild(trees_->triangle.begin(), trees_->triangle.end());
     trees_->tree.accelerate_distance_queries();
 }
-
-Solid::~Solid() = default;
 
 /// The parity of a segment to far outside. One that meets an edge tells nothing; the next one goes elsewhere.
 bool Solid::holds(const Vector3d& x) const {

@@ -18,9 +18,6 @@ public:
     /// point [v], m; triangle [p], counter-clockwise from outside, every edge on an even number of them.
     /// Throws Error where the surface is not closed.
     Solid(const std::vector<std::array<float, 3>>& point, const std::vector<std::array<std::uint16_t, 3>>& triangle);
-    ~Solid();
-    Solid(const Solid&) = delete;
-    Solid& operator=(const Solid&) = delete;
 
     double size_m() const { return size_m_; }      ///< the diagonal of its box
     double reach_m() const { return reach_m_; }    ///< the largest coordinate
@@ -51,7 +48,7 @@ private:
     bool is_one_ring(std::uint16_t vertex) const;
 
     struct Trees;
-    std::unique_ptr<Trees> trees_;
+    std::shared_ptr<Trees> trees_;
     std::vector<Eigen::Vector3d> point_;            ///< [v]
     std::vector<Corners> corners_;                  ///< [p]
     std::vector<std::vector<std::size_t>> around_;  ///< [v] triangles
