@@ -78,7 +78,8 @@ LIBRARY_CXX := $(wildcard host/library/*.cpp host/tables/*.cpp) $(addprefix host
     host/session/energy.cpp $(filter-out $(addprefix codegen/,main.cpp text.cpp display.cpp),$(wildcard codegen/*.cpp))
 write_units = { sh scripts/units.sh $(1) 1400 $(BUILD)/units/ $(filter-out $(LIBRARY_CXX),$(UNITED)); sh scripts/units.sh $(1) 1400 $(BUILD)/units/library/ $(LIBRARY_CXX); }
 UNITS := $(shell $(write_units))
-TESTS = $(patsubst %,%.o,$(filter $(BUILD)/units/tests%,$(UNITS)))
+# What they share takes the longest, and so begins first.
+TESTS = $(patsubst %,%.o,$(filter $(BUILD)/units/tests.%,$(UNITS)) $(filter $(BUILD)/units/tests-%,$(UNITS)))
 TEST_OBJECTS = $(TESTS) $(TEST_FILES:%=$(BUILD)/%.o)
 
 # ---- parts: one small library a folder; its main.cpp, where it has one, beside it ----------------------------------

@@ -48,9 +48,10 @@ esac >"$jobs/all"
     /^  / { size++ }
     END { tell() }' >>"$jobs/all"
 
-# The longest of the last run first, and before them what has not run: so that no processor is idle at the end. Suites
-# of a second and less go into jobs of twenty tests: of those that never ran, one may be long.
-touch "$times"
+# The longest of the last run first, so that no processor is idle at the end; before the first run those of another
+# machine (sort -k2 -rn of its times). Suites of a second and less go into jobs of twenty tests: of those that never ran,
+# one may be long.
+[ -e "$times" ] || cp tests/longest.txt "$times"
 awk -v times="$times" '
     BEGIN { while ((getline line < times) > 0) { split(line, of); took[of[1]] = of[2] } }
     { ms = $1 in took ? took[$1] : $1 ~ /[.]py$/ ? 1e6 : $2 > 40 ? 1e5 : 999; print ms, $1, $2, $3 }' "$jobs/all" |

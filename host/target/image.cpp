@@ -46,10 +46,13 @@ std::string TargetImage::missing() const {
 
 std::string TargetImage::counter(const std::string& image) const {
     constexpr std::string_view kMark = "haptable_port_count_";  // and begin, or end
-    std::istringstream lines(read_file(folder_ / (image + ".sym")));
+    const std::filesystem::path symbols = folder_ / (image + ".sym");
+    std::istringstream lines(read_file(symbols));
     std::string between;
     for (std::string address, kind, name; lines >> address >> kind >> name;)
         if (name.starts_with(kMark)) between += fmt::format(",{}=0x{}", name.substr(kMark.size()), address);
+    if (std::ranges::count(between, '=') != 2)
+        throw Error(symbols.string() + ": names no begin and end of what is counted: build the image again");
     return fmt::format("{}/host/target/count.so{}", build_.string(), between);
 }
 
