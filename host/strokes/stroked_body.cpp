@@ -67,6 +67,7 @@ Scene in_mode(Scene scene, const TouchMode& mode) {
     const bool releases = mode.god_object == GodObject::kLeastEnergy && mode.body.motion == 0 && !has_points;
     contact.release_n_per_ms = releases ? kRelease_n_per_ms : 0.0;
     if (mode.is_coupled()) scene.tables.coupling_bytes = kMostCoupling;
+    scene.tool.reset();  // a tool's strokes have tools of their own
     scene.free_body.reset();
     scene.body_modes.reset();
     if (mode.body.rings || has_points) scene.material.stiffening.reset();  // docs/MATERIALS.md: refused

@@ -177,8 +177,11 @@ TEST(Strokes, SceneOfAFaultReadsBack) {
     const StrokedMeshes meshes = collect_meshes({"meshes", "meshes/hard"}, {"torus", "cube"}, 1000, folder.path());
     for (const StrokedMesh& mesh : meshes.taken)
         for (const TouchMode& mode : all_modes()) {
-            Scene scene = in_mode(mesh.scene, mode);
-            if (mode.tool) scene.tool = Tool{{{0.001, 0.0, 0.0}, {0.0, 0.002, -1.0 / 3.0}}, {}, 0.07};
+            const Tool tool{{{0.001, 0.0, 0.0}, {0.0, 0.002, -1.0 / 3.0}}, {}, 0.07};
+            Scene scene = mesh.scene;
+            scene.tool = tool;
+            scene = in_mode(scene, mode);
+            if (mode.tool) scene.tool = tool;
             write_file(folder.path() / "scene.toml", to_toml(scene));
             const Scene again = read_scene(folder.path() / "scene.toml");
             EXPECT_EQ(again.contact.force, mode.force);
@@ -189,6 +192,7 @@ TEST(Strokes, SceneOfAFaultReadsBack) {
             EXPECT_EQ(again.contact.fingers, mode.fingers);
             EXPECT_EQ(again.free_body.has_value(), mode.body.motion > 0);
             EXPECT_EQ(again.body_modes.has_value(), mode.body.rings);
+            EXPECT_EQ(again.tool.has_value(), mode.tool);
             ASSERT_EQ(again.fixed.size(), scene.fixed.size());
             if (mode.body.motion == 0) {
                 EXPECT_EQ(again.fixed[0].box_m, scene.fixed[0].box_m);
