@@ -33,6 +33,32 @@ inline Scene cube_of(const std::string& name, int nodes_per_side, const Material
     return scene;
 }
 
+enum class Law { kIsotropic, kOrthotropic, kFibre, kRings };
+inline constexpr Law kLaws[] = {Law::kIsotropic, Law::kOrthotropic, Law::kFibre, Law::kRings};
+
+inline Material material_of(Law law) {
+    if (law == Law::kIsotropic) return {1e4, 0.45};
+    Material material = like(law == Law::kOrthotropic ? Orthotropic{{4e4, 1e4, 8e3}, {0.3, 0.2, 0.4}, {6e3, 5e3, 3e3}}
+                                                      : fibre(6e4, 8e3, 0.35, 0.45, 5e3));
+    MaterialAxes& axes = material.orthotropic->axes;
+    if (law == Law::kRings)
+        axes.around = {{{-0.01, 0.012, 0.0}, {0, 0, 1}}};
+    else
+        axes.direction = {{{0.48, 0.6, 0.64}, {0.8, -0.64, 0}}};
+    return material;
+}
+
+/// In a skin, on a bed, of two materials, under its weight: K is factorised without its stress and with it.
+inline Scene layered_cube(Element element, Law law) {
+    Scene scene = cube_of("cube", 3, material_of(law), element);
+    scene.regions = {
+        {box(-1, -1, -1, 1, 1, 0.015), law == Law::kIsotropic ? Material{3e4, 0.3} : Material{1e4, 0.45}, 900.0}};
+    scene.membranes = {{box(-1, -1, 0.0299, 1, 1, 1), 1e-4, 1e6, 0.3}};
+    scene.beds = {{box(-1, -1, -1, 1, 1, 1e-9), 2e6, 7e5}};
+    scene.gravity = Gravity{1100.0, {0, 0, -9.81}, true};
+    return scene;
+}
+
 /// L = K^-1 of a body as a solver.
 class DenseInverse : public LinearSolver {
 public:

@@ -25,12 +25,6 @@ double condition_of(const MatrixXd& spd) {
     return values[values.size() - 1] / values[0];
 }
 
-TEST(Dense, ColumnsOverTheFactorOfTheirGramMatrixAreOrthonormal) {
-    const MatrixXd b = some(40, 6), gram = transposed_product(b, b), q = over_cholesky(b, gram);
-    EXPECT_WITHIN((transposed_product(q, q) - MatrixXd::Identity(6, 6)).norm(), .count = 10,
-                  .condition = condition_of(gram));
-}
-
 TEST(Dense, GeneralizedEigenvaluesAreThoseThatWereGiven) {
     const MatrixXd x = some(9, 6), b = transposed_product(x, x);
     const VectorXd lambda = VectorXd::LinSpaced(6, -2.0, 3.0);

@@ -9,12 +9,12 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
-#include "host/compliance/column_store.hpp"
 #include "host/tables/npy.hpp"
 #include "host/tables/tables.hpp"
 #include "tests/bodies.hpp"
 #include "tests/error_of.hpp"
 #include "tests/files_apart.hpp"
+#include "tests/host/body/cubes.hpp"
 #include "tests/host/inverse/dense_reference.hpp"
 #include "tests/host/inverse/inverses.hpp"
 #include "tests/pressures.hpp"
@@ -168,29 +168,6 @@ TEST_P(InverseOf, GroupsThatTheSinkHasAreNotComputed) {
     EXPECT_LT(facts_.resumed, node.size());
 }
 
-TEST_P(InverseOf, ColumnsThatWereStoppedGoOnFromTheirStore) {
-    factorize(stiffness());
-    const test::TemporaryFolder folder;
-    const Nodes node = every(1);
-    const auto columns = inverse_->columns(node, node, Precision::kDouble);
-    struct Stop {};
-    {
-        ColumnStore store(folder.path() / "work", 1, *columns, node.size(), node.size(), {});
-        Columns::Sink sink = store.sink();
-        const auto done = sink.done;
-        sink.done = [&, left = 2](std::size_t group) mutable {
-            if (left-- == 0) throw Stop();
-            done(group);
-        };
-        EXPECT_THROW(columns->compute(progress_, sink), Stop);
-    }
-    ColumnStore store(folder.path() / "work", 1, *columns, node.size(), node.size(), {});
-    EXPECT_EQ(store.kept_groups(), 2U);
-    EXPECT_GT(columns->compute(progress_, store.sink()).resumed, 64U);
-    for (std::size_t i = 0; i < node.size(); ++i)
-        EXPECT_WITHIN(store.difference(i, dense().middleCols<3>(3 * Eigen::Index(i))), kStored);
-}
-
 TEST_P(InverseOf, AMatrixThatIsNotPositiveDefiniteIsToldOrRefused) {
     try {
         const FactorFacts facts = factorize(stiffness().shifted(-2.0));  // -K's diagonal, and more
@@ -226,20 +203,6 @@ struct Task {
     double condition = 1.0;  ///< of K, against that of linear tetrahedra that are held
 };
 
-/// In a skin, on a bed, of two materials, under its weight: K is factorised without its stress and with it.
-std::function<void(Scene&)> layered(Element element, const Orthotropic& law, const MaterialAxes& axes) {
-    return [=](Scene& s) {
-        s.mesh.element = element;
-        s.mesh.nodes_per_side = element == Element::kQuadratic ? 3 : 5;
-        s.material = like(law);
-        s.material.orthotropic->axes = axes;
-        s.regions = {{{std::array<double, 6>{-1, -1, -1, 1, 1, 0.015}, "", 1}, {2e4, 0.4}}};
-        s.membranes = {{{std::array<double, 6>{-1, -1, 0.0299, 1, 1, 1}, "", 1}, 1e-4, 1e6, 0.3}};
-        s.beds = {{{std::array<double, 6>{-1, -1, -1, 1, 1, 0}, "", 1}, 1e6, 5e5}};
-        s.gravity = Gravity{1100.0, {0, 0, -9.81}, true};
-    };
-}
-
 std::vector<Task> tasks() {
     std::vector<Task> all;
     for (const ForceLaw force : every<ForceLaw>()) all.push_back({.name = "a force", .force = force});
@@ -253,18 +216,20 @@ std::vector<Task> tasks() {
         s.tables.columns = ColumnRows::kAll;
         s.tables.column_precision = Storage::kFloat16;
     };
-    const Orthotropic fibres = fibre(4e4, 1e4, 0.4, 0.5, 5e3), wood{{4e4, 1e4, 8e3}, {0.3, 0.2, 0.4}, {6e3, 5e3, 3e3}};
-    MaterialAxes oblique, rings;
-    oblique.direction = {{{0.6, 0.0, 0.8}, {0, 1, 0}}};
-    rings.around = {{{-0.01, 0.012, 0}, {0, 0, 1}}};
+    const auto layered = [](Element of, test::Law law) {
+        return [=](Scene& s) {
+            s = test::layered_cube(of, law);
+            if (of != Element::kQuadratic) s.mesh.nodes_per_side = 5;
+        };
+    };
     const ForceLaw mask = ForceLaw::kPressureMask;
     all.insert(all.end(), {{"all rows, halved", halved, ForceLaw::kConsistent},
                            {"nodal pressures", element(Element::kAverageNodalPressure, 0.49)},
                            {"quadratic, positive definite as it stands", element(Element::kQuadratic, 0.3), {}, 2.5},
                            {"quadratic, of two signs", element(Element::kQuadratic, 0.49), {}, 2.5},
-                           {"fibres", layered(Element::kAverageNodalPressure, fibres, oblique), mask, 10.0},
-                           {"wood", layered(Element::kLinear, wood, oblique), mask, 10.0},
-                           {"rings", layered(Element::kQuadratic, fibres, rings), mask, 10.0}});
+                           {"fibres", layered(Element::kAverageNodalPressure, test::Law::kFibre), mask, 10.0},
+                           {"wood", layered(Element::kLinear, test::Law::kOrthotropic), mask, 10.0},
+                           {"rings", layered(Element::kQuadratic, test::Law::kRings), mask, 10.0}});
     return all;
 }
 
@@ -273,9 +238,9 @@ TEST_P(PrecomputeBy, WritesTheSameTablesByAny) {
         SCOPED_TRACE(testing::Message() << task.name << ", " << task.force);
         const test::TemporaryFolder folder;
         Scene scene = test::cube_scene(5, 0.49);
+        task.make(scene);
         scene.contact.force = task.force;
         if (task.force == ForceLaw::kPressureMask) scene.contact.mask_radius_m = 0.01;
-        task.make(scene);
         for (const auto& [name, inverse] :
              {std::pair("one", static_cast<Inverse*>(nullptr)), {"other", inverse_.get()}})
             precompute(scene, folder.path() / name, progress_, {.column_tolerance = 0.0, .inverse = inverse});

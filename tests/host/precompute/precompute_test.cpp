@@ -90,9 +90,8 @@ double column_distance(const fs::path& a, const fs::path& b) {
 
 class PrecomputeRun : public testing::Test {
 protected:
-    Result run(const Scene& scene, PrecomputeOptions options = {}) const {
-        Progress quiet(true);
-        return precompute(scene, out_, quiet, options);
+    Result run(const Scene& scene, const PrecomputeOptions& options = {}) const {
+        return run_into(out_, scene, options);
     }
     nlohmann::json told(const char* file = "summary.json") const { return parse_json(read_file(out_ / file)); }
 
@@ -105,15 +104,18 @@ TEST_F(PrecomputeRun, ColumnsAreThoseOfADenseInverseWithinTheirTolerance) {
         double poisson, tolerance;
         Precision precision;
         ColumnRows rows = ColumnRows::kSurface;
+        Element element = Element::kLinear;
     };
     // The factor is in double: nu near 0.5 costs the columns no digits.
     for (const Case& c : {Case{0.49, 0.0, Precision::kDouble},
                           {0.49, 0.0, Precision::kDouble, ColumnRows::kAll},
                           {0.3, 1e-5, Precision::kFloat},
+                          {0.49, 1e-5, Precision::kFloat, ColumnRows::kSurface, Element::kAverageNodalPressure},
                           {0.4999, 1e-5, Precision::kFloat},
                           {0.49, 1e-7, Precision::kDouble}}) {
-        SCOPED_TRACE(testing::Message() << c.poisson << ", " << c.tolerance);
+        SCOPED_TRACE(testing::Message() << c.poisson << ", " << c.tolerance << ", " << c.element);
         Scene scene = cube_scene(5, c.poisson);
+        scene.mesh.element = c.element;
         scene.tables.columns = c.rows;
         const Result result = run(scene, {.column_tolerance = c.tolerance});
         const ColumnSummary& summary = result.summary.inverse.columns;
@@ -490,8 +492,11 @@ TEST_F(PrecomputeRun, WhatHoldsOfBlocksAndColumnsIsJudgedApart) {
 }
 
 TEST_F(PrecomputeRun, TheNumberOfThreadsChangesNoBit) {
-    Scene scene = cube_scene(12);
-    for (const ForceLaw force : {ForceLaw::kInterpolated, ForceLaw::kPressureMask}) {
+    for (const auto& [element, force] : {std::pair(Element::kLinear, ForceLaw::kInterpolated),
+                                         {Element::kLinear, ForceLaw::kPressureMask},
+                                         {Element::kAverageNodalPressure, ForceLaw::kConsistent}}) {
+        Scene scene = cube_scene(12);
+        scene.mesh.element = element;
         scene.contact.force = force;
         scene.contact.mask_radius_m = force == ForceLaw::kPressureMask ? 0.006 : 0.0;
         std::map<std::string, std::string> first;
@@ -500,7 +505,7 @@ TEST_F(PrecomputeRun, TheNumberOfThreadsChangesNoBit) {
             auto files = but_columns(out_);
             files["columns.npy"] = read_file(out_ / "columns.npy");
             if (first.empty()) first = files;
-            EXPECT_TRUE(files == first) << threads << " with " << force;
+            EXPECT_TRUE(files == first) << threads << " with " << force << ", " << element;
         }
     }
 }
