@@ -1,29 +1,35 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Tables of a cube for the viewer's tests, without finite elements: a smooth made-up compliance.
+// Tables of the paper's cube for tests of what reads them.
 #pragma once
 
-#include <Eigen/Core>
 #include <filesystem>
-#include <string>
 
+#include "host/precompute/precompute.hpp"
 #include "host/tables/tables.hpp"
+#include "tests/bodies.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace haptable::test {
 
 struct CubeOptions {
     int nodes_per_side = 5;
-    double side_m = 0.03;
-    std::string columns = "surface";
+    ColumnRows columns = ColumnRows::kSurface;
     double touch_above_m = -1.0;  ///< patches with a node lower than this must not be touched
 };
 
-/// Displacement of `to` per force on `from`, m/N: Kelvin's solution of an infinite body, rounded off at the source,
-/// times a factor that vanishes at z = 0, which is held still. L(a, b) = L(b, a)^T.
-Eigen::Matrix3d cube_compliance(const Eigen::Vector3d& to, const Eigen::Vector3d& from);
+inline Scene cube_with(const CubeOptions& options) {
+    Scene scene = cube_scene(options.nodes_per_side, 0.4);
+    scene.name = "cube";
+    scene.tables.columns = options.columns;
+    scene.touch.push_back({std::array<double, 6>{-1, -1, options.touch_above_m, 1, 1, 1}, "", 1});
+    return scene;
+}
 
-/// Writes the files that the viewer reads: the surface nodes of the cube [0, side]^3, bottom fixed.
-void write_cube_tables(const std::filesystem::path& folder, const CubeOptions& options = {});
+/// Without their C; of columns one rounding is in the file.
+inline void write_cube_tables(const std::filesystem::path& folder, const CubeOptions& options = {}) {
+    Progress quiet(true);
+    precompute(cube_with(options), folder, quiet, {.column_tolerance = 0.0, .code = false});
+}
 
 /// A test with these tables in a folder.
 class WithCube : public ::testing::Test {

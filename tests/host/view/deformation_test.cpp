@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Equation 8 against a plain sum in double precision.
+// Equation 8 against a plain sum of a dense inverse.
 #include "host/view/deformation.hpp"
 
 #include <gtest/gtest.h>
 #include <malloc.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <random>
 
 #include "host/base/error.hpp"
 #include "tests/error_of.hpp"
+#include "tests/host/body/cubes.hpp"
 #include "tests/host/view/cube_tables.hpp"
 #include "tests/tolerance.hpp"
 
@@ -21,14 +21,12 @@ using Eigen::Vector3d;
 
 class ViewDeformation : public WithCube {
 protected:
-    Vector3d position(std::int32_t node) const { return Vector3d(tables_.position[std::size_t(node)].data()); }
-
-    /// L_ri F_i, straight from the compliance that the tables were made of; held and inner nodes have none.
+    /// L_ri F_i; held and inner nodes have none.
     Vector3d expected(std::int32_t row, const NodalForce& load) const {
         const auto& touchable = tables_.node_id;
         if (std::find(touchable.begin(), touchable.end(), load.node) == touchable.end()) return Vector3d::Zero();
-        return cube_compliance(position(row), position(load.node)) *
-               Vector3d(load.force_n[0], load.force_n[1], load.force_n[2]);
+        const auto at = [&](std::int32_t node) { return 3 * body_.unknown[std::size_t(node)]; };
+        return inverse_.l.block<3, 3>(at(row), at(load.node)) * Eigen::Vector3f(load.force_n.data()).cast<double>();
     }
 
     void expect_equation_8(Deformation& deformation, const std::vector<NodalForce>& loads) const {
@@ -50,6 +48,10 @@ protected:
         EXPECT_WITHIN(error, .count = 8.0 * std::sqrt(3.0 * double(loads.size())), .epsilon = kFloat, .size = added)
             << loads.size() << " loads";
     }
+
+    const Scene scene_ = cube_with({});
+    const Body body_ = make_body(scene_, make_mesh(scene_.mesh));
+    const DenseInverse inverse_{scene_, body_};
 };
 
 TEST_F(ViewDeformation, IsTheSumOfEquation8ForAnyNumberOfLoads) {
@@ -85,7 +87,7 @@ TEST_F(ViewDeformation, UsesNoHeap) {
 
 TEST(ViewDeformationErrors, SaysHowToGetColumnsAndRefusesThoseOfOtherTables) {
     const TemporaryFolder without, whole, other;
-    write_cube_tables(without.path(), {.columns = "none"});
+    write_cube_tables(without.path(), {.columns = ColumnRows::kNone});
     write_cube_tables(whole.path());
     write_cube_tables(other.path(), {.nodes_per_side = 4});
     EXPECT_TRUE(fails_with([&] { Deformation(read_tables(without.path()), without.path()); }, "columns = \"surface\""));

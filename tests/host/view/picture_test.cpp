@@ -232,7 +232,7 @@ TEST_F(ViewPicture, UntouchablePatchesAreGrey) {
 }
 
 TEST_F(ViewPicture, TheRestShapeSeenAlongADiagonalIsSymmetric) {
-    const Shot seen = shot({}, {.azimuth = -135.0});
+    const Shot seen = shot(ContactFrame(), {.azimuth = -135.0});
     const Image& image = seen.image;
     const float axis = seen.pixel({0.015F, 0.015F, 0.015F}).x();
     int rows = 0;
@@ -335,8 +335,8 @@ TEST(ViewSmoothing, EvenPicturesAndWhatIsOutsideTheBoxStay) {
 
 // Held parts have their colour, also where columns name no rows.
 TEST_F(ViewPicture, HeldPartsAreNamedApart) {
-    for (const char* columns : {"surface", "none"}) {
-        SCOPED_TRACE(columns);
+    for (const ColumnRows columns : {ColumnRows::kSurface, ColumnRows::kNone}) {
+        SCOPED_TRACE(word(columns));
         remake({.columns = columns});
         const Shot seen = shot({}, {.elevation = -40.0});
         expect_nearer(seen.hue_at({0.0105F, 0.0122F, 0.0F}), kHeldColor, kTouchableColor);
@@ -454,6 +454,7 @@ TEST_F(ViewPicture, AFigureIsWrittenWholeOrNotAtAll) {
 // What precompute found is drawn: an element in red over the surface.
 TEST_F(ViewPicture, AMeshAloneShowsItsWorstElements) {
     const auto is_red = [](int r, int g, int b) { return r > 180 && g < 60 && b < 70; };
+    tell("mesh", R"({"hinge_edges_at": [], "hinge_nodes_at": [], "worst_elements": []})");
     EXPECT_LT(count(shot({}).image, is_red), 20);  // of the axes' x
     tell("mesh", R"({"hinge_edges_at": [], "hinge_nodes_at": [], "worst_elements": [
         {"tetrahedron": 7, "radius_ratio": 0.25, "nodes": [0, 4, 20, 112]},
