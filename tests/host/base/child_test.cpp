@@ -21,14 +21,6 @@ constexpr milliseconds kLong{60'000};
 
 bool is_alive(pid_t id) { return kill(id, 0) == 0; }
 
-TEST(Child, ItsOutputAndItsEndAreKept) {
-    Child child("echo", {"sh", "-c", "echo out; echo complaint >&2"});
-    child.wait(kLong);
-    EXPECT_TRUE(child.has_ended());
-    EXPECT_TRUE(child.is_well());
-    EXPECT_EQ(child.out(), "out\n");
-}
-
 TEST(Child, HowItEndedIsShownWithItsLastWords) {
     for (const auto& [script, said] : {std::pair("echo first >&2; echo 'servo: no tables' >&2; exit 3",
                                                  "servo ended with status 3: servo: no tables"),
@@ -66,11 +58,14 @@ TEST(Child, TellsEachLineOnce) {
     EXPECT_TRUE(child.new_lines().empty());
 }
 
-TEST(Child, EndsWhenAsked) {
-    Child child("sleep", {"sh", "-c", "trap 'echo bye; exit 0' TERM; echo ready; while :; do sleep 0.01; done"});
+TEST(Child, EndsWhenAskedAndItsOutputIsKept) {
+    Child child("sleep", {"sh", "-c",
+                          "trap 'echo bye; exit 0' TERM; echo a complaint >&2; echo ready; "
+                          "while :; do sleep 0.01; done"});
     while (child.out() != "ready\n" && !child.has_ended()) child.wait_some(kLong);
     child.ask_to_end();
     child.wait(kLong);
+    EXPECT_TRUE(child.has_ended());
     EXPECT_TRUE(child.is_well());
     EXPECT_EQ(child.out(), "ready\nbye\n");
 }

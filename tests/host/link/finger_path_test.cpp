@@ -60,15 +60,6 @@ TEST_F(FingerPathTest, ReadsHowAToolIsTurned) {
     EXPECT_NO_THROW(read("x,y,z,qw,qx,qy,qz\n1,2,3,1,0.1,0,0\n"));  // the servo is to see it
 }
 
-TEST_F(FingerPathTest, ReadsButtonsWhereTheHeaderNamesThem) {
-    const auto pressed = ticks("x,y,z,buttons\n1,2,3,0\n4,5,6, 6\n");
-    ASSERT_EQ(pressed.size(), 2U);
-    EXPECT_EQ(pressed[0].buttons, 0U);
-    EXPECT_EQ(pressed[1].buttons, 6U);
-    EXPECT_EQ(pressed[1].position_m, (std::array<double, 3>{4.0, 5.0, 6.0}));
-    EXPECT_EQ(read("x,y,z,buttons\n1,2,3,0\n").size(), 1U) << "positions alone";
-}
-
 TEST_F(FingerPathTest, ReadsWhatOtherSystemsWrite) {
     EXPECT_EQ(read("\xEF\xBB\xBFx,y,z\r\n1,2,3\r\n4,5,6").size(), 2U);
     EXPECT_EQ(read("x, y, z\n 1 ,\t2, 3 \n\n\n").size(), 1U);

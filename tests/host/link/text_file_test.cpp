@@ -26,12 +26,6 @@ TEST(TextFile, IsThereWhenItIsWhole) {
     EXPECT_EQ(read_file(folder / "a.csv"), "one\n");
 }
 
-TEST(TextFile, LeavesNothingUnlessKept) {
-    const WorkFolder folder;
-    TextFile(folder / "a.csv").add("one\n");
-    EXPECT_EQ(folder.file_count(), 0U);
-}
-
 // Whatever ends the session: what was added is there.
 TEST(TextFile, KeptItSurvivesAnException) {
     const WorkFolder folder;
