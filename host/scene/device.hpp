@@ -25,6 +25,8 @@ struct Device {
     std::array<double, 3> up{0.0, 0.0, 1.0};       ///< against gravity, in the device's coordinates
     SafetyLimits limits;                           ///< none of them; a scene file has its own defaults (SCENE.md)
     std::array<double, 3> reach_m{0.0, 0.0, 0.0};  ///< between mechanical stops, about the origin; 0: endless
+
+    bool operator==(const Device&) const = default;
 };
 
 /// Device coordinates to body coordinates: x_body = position + motion_scale R M x_device, M mirrors the first axis of a

@@ -41,6 +41,7 @@ struct PairClusters {
     std::vector<std::array<std::int16_t, 6>> load_share;
 
     std::size_t places() const { return scale.size(); }
+    bool operator==(const PairClusters&) const = default;
 };
 
 /// Where the cores of these forms begin over m places, and how many numbers and fine blocks they are.

@@ -6,14 +6,12 @@
 #include "host/base/error.hpp"
 #include "host/base/interrupt.hpp"
 #include "tests/error_of.hpp"
+#include "tests/process.hpp"
 
 namespace haptable {
 namespace {
 
-struct Outcome {
-    int status = 0;
-    std::string out, err;
-};
+using test::Outcome;
 
 Outcome run_with(std::vector<std::string> arguments, const std::function<void()>& work) {
     CommandLine app("A program.", "prog");

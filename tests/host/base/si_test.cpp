@@ -3,31 +3,28 @@
 
 #include <gtest/gtest.h>
 
-#include <limits>
+#include <cmath>
+#include <tuple>
 
 namespace haptable::test {
 namespace {
 
 TEST(Si, GivesThreeDigitsAndAPrefix) {
-    EXPECT_EQ(si(0.00116, "N"), "1.16 mN");
-    EXPECT_EQ(si(1.2, "N"), "1.20 N");
-    EXPECT_EQ(si(-0.0345678, "N"), "-34.6 mN");
-    EXPECT_EQ(si(123.4, "N"), "123 N");
-    EXPECT_EQ(si(5e-6, "m"), "5.00 um");
-    EXPECT_EQ(si(2.0e7, "Pa"), "20.0 MPa");
-    EXPECT_EQ(si(0.0, "N"), "0 N");
-}
-
-// What rounds up to a thousand takes the next prefix.
-TEST(Si, RoundsBeforeItChoosesThePrefix) {
-    EXPECT_EQ(si(0.0009996, "N"), "1.00 mN");
-    EXPECT_EQ(si(0.9999, "N"), "1.00 N");
-    EXPECT_EQ(si(0.9994, "N"), "999 mN");
-}
-
-TEST(Si, HoldsWhatIsBeyondItsPrefixes) {
-    EXPECT_EQ(si(3e-13, "N"), "0.000300 nN");
-    EXPECT_EQ(si(std::numeric_limits<double>::infinity(), "N"), "inf N");
+    for (const auto& [value, unit, said] : {std::tuple(0.00116, "N", "1.16 mN"),
+                                            {1.2, "N", "1.20 N"},
+                                            {-0.0345678, "N", "-34.6 mN"},
+                                            {123.4, "N", "123 N"},
+                                            {5e-6, "m", "5.00 um"},
+                                            {2.0e7, "Pa", "20.0 MPa"},
+                                            {0.0, "N", "0 N"},
+                                            // What rounds up to a thousand takes the next prefix.
+                                            {0.0009996, "N", "1.00 mN"},
+                                            {0.9999, "N", "1.00 N"},
+                                            {0.9994, "N", "999 mN"},
+                                            // Beyond its prefixes.
+                                            {3e-13, "N", "0.000300 nN"},
+                                            {HUGE_VAL, "N", "inf N"}})
+        EXPECT_EQ(si(value, unit), said);
 }
 
 }  // namespace

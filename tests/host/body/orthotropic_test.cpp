@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <bit>
 #include <numbers>
 
 #include "host/base/error.hpp"
@@ -198,16 +200,11 @@ const char* kVtk =
     "0 0 0  1 0 0  0 1 0  0 0 1  1 1 1\nCELLS 3 14\n4 0 1 2 3\n3 0 1 2\n4 1 2 4 3\nCELL_TYPES 3\n10\n5\n10\n"
     "CELL_DATA 3\n";
 
-std::string big_endian(double value) {
-    const auto bits = std::bit_cast<std::uint64_t>(value);
-    std::string bytes;
-    for (int b = 56; b >= 0; b -= 8) bytes.push_back(static_cast<char>(bits >> b & 0xff));
-    return bytes;
-}
-std::string big_endian(std::int32_t value) {
-    std::string bytes;
-    for (int b = 24; b >= 0; b -= 8) bytes.push_back(static_cast<char>(value >> b & 0xff));
-    return bytes;
+template <typename T>
+std::string big_endian(T value) {
+    auto bytes = std::bit_cast<std::array<char, sizeof value>>(value);
+    std::ranges::reverse(bytes);
+    return {bytes.begin(), bytes.end()};
 }
 std::string binary_vtk() {
     std::string text = "# vtk DataFile Version 2.0\ntwo\nBINARY\nDATASET UNSTRUCTURED_GRID\nPOINTS 5 double\n";

@@ -144,16 +144,8 @@ protected:
 TEST_F(PairFiles, HoldWhatWasWritten) {
     const PairTables read = *read_pair(folder_);
     EXPECT_EQ(read.meeting_m, 0.25);
-    const PairClusters &a = tables_.clusters, &b = read.clusters;
-    EXPECT_EQ(a.scale, b.scale);
-    EXPECT_EQ(a.basis, b.basis);
-    EXPECT_EQ(a.step, b.step);
-    EXPECT_EQ(a.form, b.form);
-    EXPECT_EQ(a.core, b.core);
-    EXPECT_GT(a.fine.size(), 0U);
-    EXPECT_EQ(a.fine, b.fine);
-    EXPECT_EQ(a.begin, b.begin);
-    EXPECT_EQ(a.place, b.place);
+    EXPECT_TRUE(read.clusters == tables_.clusters);
+    EXPECT_GT(read.clusters.fine.size(), 0U);
     EXPECT_EQ(pair_bytes(tables_), pair_bytes(read));
 }
 
@@ -164,10 +156,7 @@ TEST_F(PairFiles, HoldWhatPatchesLoad) {
     tables_.clusters.load_share = {{1, 2, 3, 4, 5, 6}, {-1, 0, 0, 0, 0, 32767}, {7, 7, 7, 7, 7, 7}};
     write_pair(tables_, folder_);
     tell_of(tables_);
-    const PairTables read = *read_pair(folder_);
-    EXPECT_EQ(read.clusters.load_begin, tables_.clusters.load_begin);
-    EXPECT_EQ(read.clusters.load_place, tables_.clusters.load_place);
-    EXPECT_EQ(read.clusters.load_share, tables_.clusters.load_share);
+    EXPECT_TRUE(read_pair(folder_)->clusters == tables_.clusters);
     tables_.clusters.load_place[2] = 100;
     write_pair(tables_, folder_);
     expect_refused("coupling_load_place.npy");

@@ -162,15 +162,7 @@ TEST(PointDevice, StopsAtItsReach) {
     EXPECT_LT(point.position_m().x(), 0.05) << "a stop holds in one direction only";
 }
 
-TEST(DeviceModels, TheDefaultIsTodaysDevice) {
-    const Device named = device_of(device_models().front()), today;
-    EXPECT_EQ(named.model, today.model);
-    EXPECT_EQ(named.mass_kg, today.mass_kg);
-    EXPECT_EQ(named.reach_m, today.reach_m);
-    for (const auto field : {&Device::max_force_n, &Device::damping_n_s_per_m, &Device::friction_n,
-                             &Device::encoder_step_m, &Device::bandwidth_hz, &Device::delay_s, &Device::unbalanced})
-        EXPECT_EQ(named.*field, today.*field);
-}
+TEST(DeviceModels, TheDefaultIsTodaysDevice) { EXPECT_TRUE(device_of(device_models().front()) == Device()); }
 
 TEST(DeviceModels, EveryFigureHasASource) {
     for (const DeviceModel& model : device_models()) {

@@ -18,6 +18,7 @@
 #include "host/view/deformation.hpp"
 #include "host/view/drawn_modes.hpp"
 #include "tests/error_of.hpp"
+#include "tests/host/scene/scene_file.hpp"
 #include "tests/process.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tolerance.hpp"
@@ -43,10 +44,6 @@ const float (*rows_of(const Places& places))[3] { return reinterpret_cast<const 
 template <typename T>
 bool same(const T& a, const T& b) {
     return std::memcmp(&a, &b, sizeof a) == 0;
-}
-
-std::string replaced(std::string text, const std::string& what, const std::string& by) {
-    return text.replace(text.find(what), what.size(), by);
 }
 
 /// The scene of a mode, as people write it.

@@ -7,6 +7,7 @@
 
 #include "host/base/error.hpp"
 #include "host/link/messages.hpp"
+#include "tests/environment.hpp"
 #include "tests/error_of.hpp"
 #include "tests/loop/helpers.hpp"
 
@@ -42,15 +43,12 @@ TEST(Connection, SaysWhatToDoWithABadUrl) {
 }
 
 TEST(Connection, TakesItsUrlFromTheEnvironment) {
-    const char* before = std::getenv("LCM_DEFAULT_URL");
-    const std::string kept = before != nullptr ? before : "";
-    setenv("LCM_DEFAULT_URL", "memq://", 1);
+    const Environment address("LCM_DEFAULT_URL", "memq://");
     EXPECT_EQ(lcm_url(), "memq://");
     setenv("LCM_DEFAULT_URL", "", 1);
     EXPECT_EQ(lcm_url(), kDefaultUrl);
     unsetenv("LCM_DEFAULT_URL");
     EXPECT_EQ(lcm_url(), kDefaultUrl);
-    if (before != nullptr) setenv("LCM_DEFAULT_URL", kept.c_str(), 1);
 }
 
 TEST(Connection, HearsOtherMachinesWhereItIsTold) {

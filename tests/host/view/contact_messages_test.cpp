@@ -3,15 +3,15 @@
 #include "host/view/contact_messages.hpp"
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <atomic>
-#include <lcm/lcm-cpp.hpp>
 #include <thread>
 
 #include "host/base/file.hpp"
 #include "host/link/connection.hpp"
+#include "host/link/log_writer.hpp"
 #include "host/link/messages.hpp"
+#include "tests/environment.hpp"
 #include "tests/error_of.hpp"
 #include "tests/host/view/cube_tables.hpp"
 #include "tests/loop/helpers.hpp"
@@ -38,25 +38,19 @@ protected:
     }
 
     void write_log(const std::vector<contact>& messages, const std::string& channel = channel_of<contact>(),
-                   int cut = 0) const {
+                   std::size_t cut = 0) const {
         std::vector<std::pair<std::string, contact>> on_channel;
         for (const contact& m : messages) on_channel.emplace_back(channel, m);
         write_log(on_channel, cut);
     }
-    void write_log(const std::vector<std::pair<std::string, contact>>& messages, int cut = 0) const {
-        lcm::LogFile log(log_.string(), "w");
+    void write_log(const std::vector<std::pair<std::string, contact>>& messages, std::size_t cut = 0) const {
+        LogWriter log(log_);
         for (const auto& [channel, m] : messages) add(log, channel, m, cut);
     }
     template <typename Message>
-    static void add(lcm::LogFile& log, const std::string& channel, const Message& m, int cut = 0) {
-        std::vector<char> bytes(std::size_t(m.getEncodedSize()));
-        m.encode(bytes.data(), 0, int(bytes.size()));
-        lcm::LogEvent event{};
-        event.timestamp = m.utime + 12345;  // not the time that counts
-        event.channel = channel;
-        event.data = bytes.data();
-        event.datalen = int(bytes.size()) - cut;
-        log.writeEvent(&event);
+    static void add(LogWriter& log, const std::string& channel, const Message& m, std::size_t cut = 0) {
+        const std::vector<std::uint8_t> bytes = encoded(m);
+        log.add(channel, std::span(bytes).first(bytes.size() - cut), m.utime + 12345);  // not the time that counts
     }
 
     std::vector<ContactFrame> frames(int every_ms) const {
@@ -98,7 +92,7 @@ TEST_F(ViewContactMessages, ADentThatTheFingerLeftIsDrawnWithoutContact) {
 // A body that rings is drawn as far as its own servo has said that it swung, in contact or not.
 TEST_F(ViewContactMessages, AFrameHasTheModesThatItsServoTold) {
     {
-        lcm::LogFile log(log_.string(), "w");
+        LogWriter log(log_);
         for (int tick = 0; tick < 3; ++tick) {
             body_modes modes{};
             modes.servo = tick == 2 ? 99 : 0;
@@ -228,20 +222,11 @@ TEST_F(ViewContactMessages, LeavesOutWhatIsDamagedInALog) {
     EXPECT_EQ(recorded.frames[8].number, 8);
 }
 
-/// While it lives, LCM's address is another one.
-class LcmAddress {
-public:
-    explicit LcmAddress(const std::string& url) { setenv("LCM_DEFAULT_URL", url.c_str(), 1); }
-    ~LcmAddress() { unsetenv("LCM_DEFAULT_URL"); }
-    LcmAddress(const LcmAddress&) = delete;
-    LcmAddress& operator=(const LcmAddress&) = delete;
-};
-
 // Live: of a servo that sends every millisecond, what is damaged and a second servo between.
 TEST_F(ViewContactMessages, FollowsOneServoAndLeavesOutTheRest) {
     const std::string url = "udpm://239.255.72.99:" + std::to_string(20000 + getpid() % 20000) + "?ttl=0";
     if (const std::string why = why_no_lcm(url); !why.empty()) GTEST_SKIP() << "no multicast here: " << why;
-    const LcmAddress address(url);
+    const Environment address("LCM_DEFAULT_URL", url);
     Connection sender(url);
     std::atomic<bool> stop = false;
     std::thread servo([&] {

@@ -3,7 +3,6 @@
 #include "host/view/output.hpp"
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <algorithm>
 #include <iterator>
@@ -14,6 +13,7 @@
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/view/vtu.hpp"
+#include "tests/environment.hpp"
 #include "tests/error_of.hpp"
 #include "tests/host/view/cube_tables.hpp"
 #include "tests/tolerance.hpp"
@@ -105,21 +105,6 @@ TEST(ViewOutput, WhatCannotBeWrittenIsAnError) {
     EXPECT_TRUE(names(folder.path()).empty());
 }
 
-/// While it lives, programs are found in one folder only.
-class OnlyPath {
-public:
-    explicit OnlyPath(const fs::path& path) {
-        if (const char* kept = getenv("PATH")) kept_ = kept;
-        setenv("PATH", path.c_str(), 1);
-    }
-    ~OnlyPath() { setenv("PATH", kept_.c_str(), 1); }
-    OnlyPath(const OnlyPath&) = delete;
-    OnlyPath& operator=(const OnlyPath&) = delete;
-
-private:
-    std::string kept_;
-};
-
 /// A program of that name which runs a shell script; the film's temporary path is in $out.
 void write_script(const fs::path& path, const std::string& script) {
     write_file(path, "#!/bin/sh\nfor out; do :; done; out=${out#file:}\n" + script);
@@ -128,7 +113,7 @@ void write_script(const fs::path& path, const std::string& script) {
 
 TEST(ViewFilm, SaysWhatToInstallWithoutFfmpeg) {
     const TemporaryFolder folder;
-    const OnlyPath path(folder.path());
+    const Environment path("PATH", folder.path());
     EXPECT_TRUE(fails_with([&] { const Film film(folder.path() / "a.mp4", 8, 8, 33.0); }, "apt-get install ffmpeg"));
     EXPECT_TRUE(names(folder.path()).empty());
 }
@@ -136,7 +121,7 @@ TEST(ViewFilm, SaysWhatToInstallWithoutFfmpeg) {
 TEST(ViewFilm, HandsEveryPixelToFfmpegAndRenamesTheFilm) {
     const TemporaryFolder folder, programs;
     write_script(programs.path() / "ffmpeg", "exec /bin/cat >\"$out\"\n");
-    const OnlyPath path(programs.path());
+    const Environment path("PATH", programs.path());
     Film film(folder.path() / "a.mp4", 20, 10, 33.0);
     for (int k = 0; k < 5; ++k) film.add(grey(20, 10));
     film.close();
@@ -146,7 +131,7 @@ TEST(ViewFilm, HandsEveryPixelToFfmpegAndRenamesTheFilm) {
 
 TEST(ViewFilm, LeavesNothingWhenFfmpegFailsOrTheFilmIsNotClosed) {
     const TemporaryFolder folder, programs;
-    const OnlyPath path(programs.path());
+    const Environment path("PATH", programs.path());
     write_script(programs.path() / "ffmpeg", "/bin/cat >\"$out\"; echo no such codec >&2; exit 3\n");
     const std::string said = error_of([&] {
         Film film(folder.path() / "a.gif", 8, 8, 33.0);
