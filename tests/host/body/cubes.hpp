@@ -79,6 +79,15 @@ inline TetMesh two_cubes(int nodes_per_side, double side_m) {
     return mesh;
 }
 
+/// u of all nodes of a body that nothing holds.
+template <typename Field>
+Eigen::VectorXd displace(const Body& body, Field field) {
+    Eigen::VectorXd u(3 * Eigen::Index(body.mesh.position_m.size()));
+    for (std::size_t i = 0; i < body.mesh.position_m.size(); ++i)
+        u.segment<3>(3 * Eigen::Index(i)) = field(body.mesh.position_m[i]);
+    return u;
+}
+
 /// Nodal forces of what loads a body's surface: force(area, corners) of each face, its area as a vector outwards. Each
 /// corner has a third; with middles they. [3 nodes] N
 template <typename Force>

@@ -29,7 +29,7 @@ namespace {
 using Eigen::Index;
 using Eigen::Vector3d;
 
-using test::box, test::kElements, test::kCubeSide_m;
+using test::box, test::displace, test::kElements, test::kCubeSide_m;
 const Selection kTop = box(-1, -1, 0.999 * kCubeSide_m, 1, 1, 1), kBottom = box(-1, -1, -1, 1, 1, 1e-9);
 
 /// A cube that nothing holds; without lateral strain it is a bundle of springs.
@@ -44,15 +44,6 @@ Eigen::SparseMatrix<double> stiffness_of(const Scene& scene) {
 /// Nodal displacements of a body that nothing holds.
 std::vector<Vector3d> find_sag(const Scene& scene, const Body& body) {
     return find_sag(scene, body, Factor(assemble_free(scene, body)));
-}
-
-/// u of all nodes of a body that nothing holds.
-template <typename Field>
-Eigen::VectorXd displace(const Body& body, Field field) {
-    Eigen::VectorXd u(3 * Index(body.mesh.position_m.size()));
-    for (std::size_t i = 0; i < body.mesh.position_m.size(); ++i)
-        u.segment<3>(3 * Index(i)) = field(body.mesh.position_m[i]);
-    return u;
 }
 
 /// Nodal forces of a traction on the top.

@@ -44,9 +44,7 @@ Eigen::VectorXd pull(const Body& body, const Matrix3d& stress) {
 void expect_balance(const Scene& scene, const Matrix3d& strain, const Matrix3d& stress) {
     const Body body = make_body(scene, make_mesh(scene.mesh));
     const Eigen::SparseMatrix<double> k = test::assembled(assemble_free(scene, body));
-    Eigen::VectorXd u(k.rows());
-    for (std::size_t i = 0; i < body.mesh.position_m.size(); ++i)
-        u.segment<3>(3 * Eigen::Index(i)) = strain * body.mesh.position_m[i];
+    const Eigen::VectorXd u = test::displace(body, [&](const Vector3d& x) { return Vector3d(strain * x); });
     const double size = (k.cwiseAbs() * u.cwiseAbs()).maxCoeff();
     EXPECT_WITHIN((k * u - pull(body, stress)).cwiseAbs().maxCoeff(), .count = 64, .size = size)
         << word(scene.mesh.element);
@@ -132,15 +130,13 @@ TEST(Orthotropic, LayersInSeriesAddTheirCompliancesAndInParallelTheirStiffnesses
             // In series one stress, in parallel one strain: u along z, piecewise linear.
             const double pull_pa = 100.0, hard_strain = pull_pa / 3e4,
                          soft_strain = across == 2 ? pull_pa / 4e3 : hard_strain;
-            Eigen::VectorXd u = Eigen::VectorXd::Zero(k.rows());
-            double force = 0.0;
-            for (std::size_t i = 0; i < body.mesh.position_m.size(); ++i) {
-                const double z = body.mesh.position_m[i].z(), in_soft = std::min(z, kCubeSide_m / 3.0);
-                u[3 * Eigen::Index(i) + 2] = soft_strain * in_soft + hard_strain * (z - in_soft);
-            }
-            const Eigen::VectorXd f = k * u;
-            for (std::size_t i = 0; i < body.mesh.position_m.size(); ++i)
-                if (body.mesh.position_m[i].z() > 0.999 * kCubeSide_m) force += f[3 * Eigen::Index(i) + 2];
+            const Eigen::VectorXd u = test::displace(body, [&](const Vector3d& x) {
+                const double in_soft = std::min(x.z(), kCubeSide_m / 3.0);
+                return Vector3d(0, 0, soft_strain * in_soft + hard_strain * (x.z() - in_soft));
+            });
+            const Eigen::VectorXd top = test::displace(
+                body, [](const Vector3d& x) { return Vector3d(0, 0, x.z() > 0.999 * kCubeSide_m ? 1.0 : 0.0); });
+            const double force = top.dot(k * u);
             const double area = kCubeSide_m * kCubeSide_m;
             const double expected = across == 2 ? pull_pa * area : hard_strain * area * (4e3 / 3.0 + 2.0 * 3e4 / 3.0);
             EXPECT_WITHIN(std::abs(force / expected - 1.0), .count = 64, .condition = 10) << element << ", " << across;

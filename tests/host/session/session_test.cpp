@@ -104,22 +104,6 @@ protected:
     std::vector<servo_status> statuses;
 };
 
-TEST_F(ServoSessionTest, AnswersEachStateAsTheFirmwareDoes) {
-    Finger servo(*box.scene().model);
-    for (std::int64_t seq = 0; seq < 50; ++seq) {
-        const double z = 0.0305 - 1e-4 * double(seq);
-        ask(seq, z);
-        const haptable_output& out = servo.to({0.0131, 0.0112, z});
-        ASSERT_EQ(forces.size(), std::size_t(seq) + 1);
-        EXPECT_EQ(forces.back().seq, seq);
-        EXPECT_EQ(forces.back().utime, seq * 1000);
-        EXPECT_EQ(forces.back().model_hash, kHash);
-        EXPECT_EQ(forces.back().servo_state, out.state);
-        EXPECT_EQ(Eigen::Vector3d(forces.back().force_n), servo.force());
-    }
-    EXPECT_EQ(forces.back().servo_state, HAPTABLE_CONTACT);
-}
-
 // Pressed and lifted on the same way, what is stored comes back, but for what a sampled spring gives in its ticks.
 TEST_F(ServoSessionTest, StatusTellsTheEnergies) {
     const auto nanojoules = [this](const char* name) { return double(status(name)); };
