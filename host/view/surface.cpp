@@ -139,7 +139,6 @@ void DrawnSurface::mark_patches(const Tables& tables) {
         std::sort(nodes.begin(), nodes.end());
         touched.insert(nodes);
     }
-    neutral.assign(patches(), 0);
     held.assign(patches(), 0);
     touchable.assign(patches(), 0);
     const std::vector<bool> moves = moving_nodes(tables);
@@ -151,7 +150,6 @@ void DrawnSurface::mark_patches(const Tables& tables) {
         const bool fixed =
             known && std::none_of(nodes.begin(), nodes.end(), [&](std::int32_t node) { return moves[index(node)]; });
         held[p] = fixed ? 1 : 0;
-        neutral[p] = fixed || touchable[p] == 0 ? 1 : 0;
     }
 }
 

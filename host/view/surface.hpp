@@ -41,7 +41,6 @@ public:
     std::vector<Eigen::Vector3i> neighbour;           ///< [q] patch across the edge opposite to a corner
     std::vector<std::array<std::uint8_t, 3>> crease;  ///< [q] 1 where that edge is a crease or has no neighbour
     std::vector<std::uint8_t> touchable;              ///< [q] 1 for a patch that the finger may meet
-    std::vector<std::uint8_t> neutral;                ///< [q] 1 for a patch that is fixed or must not be touched
     std::vector<std::uint8_t> held;                   ///< [q] 1 for a patch whose nodes are all fixed
     /// A patch shows its inside: it is turned over, or so much is displaced that a part may have come through another.
     bool is_inside_out = false;

@@ -38,37 +38,6 @@ std::map<std::pair<std::int32_t, std::int32_t>, int> directed_edges(const Surfac
 
 class Cube : public testing::TestWithParam<int> {};
 
-TEST_P(Cube, IsConforming) {
-    const int n = GetParam(), cells = n - 1;
-    const TetMesh mesh = make_cube(n, 0.03);
-    ASSERT_EQ(mesh.position_m.size(), std::size_t(n * n * n));
-    ASSERT_EQ(mesh.tet.size(), std::size_t(5 * cells * cells * cells));
-    // Counted here by brute force, apart from find_surface: inner faces are in two tetrahedra, and those in one lie on
-    // a side of the cube. Diagonals that do not meet would leave single faces inside.
-    std::map<std::array<std::int32_t, 3>, int> faces;
-    for (const Tet& tet : mesh.tet)
-        for (std::size_t skip = 0; skip < 4; ++skip) {
-            std::array<std::int32_t, 3> face{};
-            for (std::size_t c = 0, k = 0; c < 4; ++c)
-                if (c != skip) face[k++] = tet[c];
-            std::sort(face.begin(), face.end());
-            ++faces[face];
-        }
-    int outer = 0;
-    for (const auto& [face, count] : faces) {
-        ASSERT_LE(count, 2);
-        if (count == 2) continue;
-        ++outer;
-        bool on_side = false;
-        for (int axis = 0; axis < 3; ++axis)
-            for (double plane : {0.0, 0.03})
-                on_side |= std::all_of(face.begin(), face.end(),
-                                       [&](std::int32_t i) { return mesh.position_m[std::size_t(i)][axis] == plane; });
-        EXPECT_TRUE(on_side);
-    }
-    EXPECT_EQ(outer, 12 * cells * cells);
-}
-
 TEST_P(Cube, TetrahedraArePositiveAndFillIt) {
     for (double side_m : {1e-3, 0.03, 1e3}) {
         const TetMesh mesh = make_cube(GetParam(), side_m);
@@ -79,9 +48,21 @@ TEST_P(Cube, TetrahedraArePositiveAndFillIt) {
     }
 }
 
-TEST_P(Cube, SurfaceIsClosedAndOutward) {
-    const TetMesh mesh = make_cube(GetParam(), 0.03);
+TEST_P(Cube, IsConformingAndItsSurfaceClosedAndOutward) {
+    const int n = GetParam(), cells = n - 1;
+    const TetMesh mesh = make_cube(n, 0.03);
+    ASSERT_EQ(mesh.position_m.size(), std::size_t(n * n * n));
+    ASSERT_EQ(mesh.tet.size(), std::size_t(5 * cells * cells * cells));
     const Surface surface = find_surface(mesh.tet);
+    // Diagonals that do not meet would leave single faces inside.
+    EXPECT_EQ(surface.patch.size(), std::size_t(12 * cells * cells));
+    for (const Patch& patch : surface.patch) {
+        const auto side = [&](double plane) {
+            const auto at = [&](std::size_t c) { return mesh.position_m[std::size_t(patch[c])].array() == plane; };
+            return (at(0) && at(1) && at(2)).any();
+        };
+        EXPECT_TRUE(side(0.0) || side(0.03));
+    }
     const auto edges = directed_edges(surface);
     for (const auto& [edge, count] : edges) {
         ASSERT_EQ(count, 1);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The drawn cube: sharp edges, flat faces, the right patches neutral; and where a body that nothing holds is.
+// The drawn cube: sharp edges, flat faces; and where a body that nothing holds is. Which patches are held or must not
+// be touched picture_test.cpp sees.
 #include "host/view/surface.hpp"
 
 #include <gtest/gtest.h>
@@ -8,7 +9,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <numbers>
-#include <numeric>
 
 #include "host/view/frame.hpp"
 #include "tests/host/view/cube_tables.hpp"
@@ -20,9 +20,9 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-Tables cube_tables(const CubeOptions& options = {}) {
+Tables cube_tables() {
     const TemporaryFolder folder;
-    write_cube_tables(folder.path(), options);
+    write_cube_tables(folder.path());
     return read_tables(folder.path());
 }
 
@@ -94,27 +94,6 @@ TEST(ViewSurface, NormalsAreWeightedByAngle) {
         }
     for (std::size_t s = 0; s < sum.size(); ++s)
         EXPECT_WITHIN((surface.normal[s].cast<double>() - sum[s].normalized()).norm(), kNormal);
-}
-
-TEST(ViewSurface, FixedAndUntouchablePatchesAreNeutral) {
-    const auto sum = [](const auto& values) { return std::accumulate(values.begin(), values.end(), 0); };
-    const DrawnSurface all(cube_tables()), upper(cube_tables({.touch_above_m = 0.0149}));
-    EXPECT_EQ(sum(all.neutral), 32);  // the bottom
-    EXPECT_EQ(sum(all.touchable), 192);
-    EXPECT_EQ(sum(upper.touchable), 32 + 4 * 16);  // the top and the upper half of the sides
-    EXPECT_EQ(sum(upper.neutral), 32 + 4 * 16);
-}
-
-TEST(ViewSurface, NeighboursShareAnEdge) {
-    const DrawnSurface surface(cube_tables());
-    for (std::size_t p = 0; p < surface.patches(); ++p)
-        for (int c = 0; c < 3; ++c) {
-            const int other = surface.neighbour[p][c];
-            ASSERT_GE(other, 0);  // the cube is closed
-            const Eigen::Vector3i& q = surface.patch[std::size_t(other)];
-            EXPECT_TRUE((q.array() == surface.patch[p][(c + 1) % 3]).any());
-            EXPECT_TRUE((q.array() == surface.patch[p][(c + 2) % 3]).any());
-        }
 }
 
 }  // namespace
