@@ -82,6 +82,13 @@ Scene for_two(Scene scene, std::uintmax_t coupling_bytes) {
     return scene;
 }
 
+SceneFiles files_of(const Scene& scene) {
+    const TemporaryFolder folder;
+    Progress quiet(true);
+    precompute(scene, folder.path() / "out", quiet);
+    return read_scene_files(folder.path() / "out");
+}
+
 Cells sphere_cells(int n, double radius) {
     return {{n, n, n},
             [=](double a, double b, double c) {

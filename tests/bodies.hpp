@@ -8,6 +8,7 @@
 #include <random>
 #include <string>
 
+#include "codegen/loaded_scene.hpp"
 #include "codegen/model.hpp"
 #include "firmware/haptable_model.h"
 #include "host/precompute/precompute.hpp"
@@ -34,6 +35,9 @@ void set_free(Scene& scene, double density_kg_per_m3 = 1000.0);
 /// A scene for two fingers; the coupling of all pairs of places, where it has no fewer bytes.
 inline constexpr std::uintmax_t kAllPairs = 1'000'000'000;
 Scene for_two(Scene scene, std::uintmax_t coupling_bytes = kAllPairs);
+
+/// What precompute makes of a scene.
+SceneFiles files_of(const Scene& scene);
 
 Cells sphere_cells(int n, double radius);                               // a ball, its lower cap held
 Cells plate_cells(int n, double side, double thickness);                // held at its rim

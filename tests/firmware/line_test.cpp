@@ -198,13 +198,7 @@ public:
             if ((state.begins >> f & 1) != 0)
                 haptable_servo_watch(&beside.servo(f), beside.servo(f).position_us + HAPTABLE_SILENCE_US,
                                      &answer.out[f]);
-        if (const haptable_body_state* body = beside.body()) {
-            std::copy_n(body->position_m, 3, answer.pose.position_m);
-            std::copy_n(body->turn, 4, answer.pose.turn);
-            std::copy_n(body->velocity_m_per_s, 3, answer.pose.velocity_m_per_s);
-            std::copy_n(body->spin_rad_per_s, 3, answer.pose.spin_rad_per_s);
-            answer.pose.on_floor = body->on_floor;
-        }
+        if (scene.body != nullptr) haptable_pose_of(&beside.scene(), beside.memory(), &answer.pose);
         beside.step(state.in, state.time_us, answer.out);
         if (scene.modes != nullptr) std::copy_n(beside.modes()->q, scene.modes->count, answer.q);
         last = answer;

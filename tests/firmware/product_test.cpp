@@ -5,14 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
-#include "codegen/loaded_scene.hpp"
-#include "host/precompute/precompute.hpp"
 #include "host/session/scene_state.hpp"
 #include "tests/bodies.hpp"
 #include "tests/finger.hpp"
-#include "tests/temporary_folder.hpp"
 
 namespace haptable::test {
 namespace {
@@ -105,15 +101,9 @@ struct Felt {
 
 class Combination : public testing::TestWithParam<Made> {
 protected:
-    Combination() {
-        Progress quiet(true);
-        precompute(scene_of(GetParam()), folder_.path(), quiet);
-        files_.emplace(read_scene_files(TablesFolder(folder_.path())));
-    }
-
     /// Two fingers on the top beside its middle, 1.2 mm in, or one.
     Felt feel(const Chosen& chosen) const {
-        SceneFiles files = *files_;
+        SceneFiles files = files_;
         files.tables.precision = chosen.precision;
         files.tables.god_object = chosen.god_object;
         files.tables.limits = {};
@@ -171,8 +161,7 @@ private:
         return felt;
     }
 
-    TemporaryFolder folder_;
-    std::optional<SceneFiles> files_;
+    const SceneFiles files_ = files_of(scene_of(GetParam()));
 };
 
 INSTANTIATE_TEST_SUITE_P(Tables, Combination, testing::ValuesIn(every_table()),

@@ -18,7 +18,6 @@
 namespace haptable::test {
 namespace {
 
-using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
@@ -29,35 +28,6 @@ Tables relaxing(const std::vector<RelaxationTerm>& terms) {
     laws.relaxation = terms;
     return laws;
 }
-
-/// The finger over the middle of a cube of springs that relaxes.
-class Press {
-public:
-    explicit Press(const Tables& laws) : body_(box_.model(), laws) { begin(); }
-    explicit Press(const std::vector<RelaxationTerm>& terms) : Press(relaxing(terms)) {}
-    void begin() {
-        finger_.begin();
-        to(-1e-6);
-    }
-    /// One tick; the force outwards, N.
-    double to(double depth_m, double aside_m = 0.0, std::uint32_t after_us = HAPTABLE_TICK_US) {
-        return double(finger_.to({0.0145 + aside_m, 0.0151, kTop_m - depth_m}, after_us).force_n[2]);
-    }
-    void hold(double depth_m, int ticks, double aside_m = 0.0) {
-        for (int tick = 0; tick < ticks; ++tick) to(depth_m, aside_m);
-    }
-    void grab() { haptable_servo_buttons(&finger_.servo(), HAPTABLE_BUTTON_GRAB); }
-    /// As the servo saw it.
-    double depth_m() const { return double(static_cast<float>(kTop_m)) - finger_.at().z(); }
-    Vector3d force() const { return finger_.force(); }
-    const Finger& finger() const { return finger_; }
-    const haptable_model& model() { return body_.model(); }
-
-private:
-    SpringBox box_;
-    WithLaws body_;
-    Finger finger_{body_.model()};
-};
 
 /// A finger's place is a float: what it is off by, as a part of `depth_m`; and the law's own roundings.
 Bound exact(double depth_m) { return {.count = 1.0, .epsilon = 1e-5, .size = kSpring * depth_m}; }
@@ -74,7 +44,7 @@ TEST(Relaxation, ARampThatIsHeldIsTheClosedFormOfTheStandardLinearSolid) {
     for (int decade = -3; decade <= 6; ++decade) {
         SCOPED_TRACE(decade);
         const RelaxationTerm term{0.4, kTick_s * std::pow(10.0, decade)};
-        Press press({term});
+        Press press(relaxing({term}));
         constexpr double kSpeed = 0.03, kDepth_m = 0.003;  // 0.03 mm a tick
         constexpr int kRamp = 100;
         const int end = kRamp + std::clamp(static_cast<int>(5.0 * term.time_s / kTick_s), 100, 3'000'000);
@@ -113,7 +83,7 @@ const std::vector<RelaxationTerm> kEightTerms = {{0.1, 3e-4}, {0.1, 3e-3}, {0.1,
 
 // Of any way: the law is linear and does not change with time.
 TEST(Relaxation, TenMillionTicksDoNotDrift) {
-    Press press(kEightTerms);
+    Press press(relaxing(kEightTerms));
     ExactTerms exact_terms(kEightTerms);
     double largest = 0.0;
     for (int tick = 0; tick < 10'000'000; ++tick) {
@@ -128,7 +98,7 @@ TEST(Relaxation, AnEarlySecondPressMeetsTheDent) {
     const RelaxationTerm term{0.5, 0.5};
     for (const auto& [wait, waits_at_m] : {std::pair{5, -0.001}, {100, -0.001}, {1500, -0.001}, {400, 0.0001}}) {
         SCOPED_TRACE(wait);
-        Press press({term});
+        Press press(relaxing({term}));
         press.hold(0.003, 10'000);
         EXPECT_WITHIN(std::abs(press.force().z() - kSpring * 0.0015), exact(0.003));
         press.hold(waits_at_m, wait);
@@ -179,7 +149,7 @@ TEST(Relaxation, ReleaseTakesASecondPressForNoJump) {
 
 // The servo's CSV has no dents: what reads it takes nodes for a contact.
 TEST(Relaxation, ARecordNamesNoNodesOfADent) {
-    Press press({{0.5, 10.0}});
+    Press press(relaxing({{0.5, 10.0}}));
     press.hold(0.003, 100);
     press.to(-0.001);
     ASSERT_NE(press.finger().out().vertex[0], HAPTABLE_NONE);
@@ -193,7 +163,7 @@ TEST(Relaxation, ARecordNamesNoNodesOfADent) {
 
 TEST(Relaxation, BesideTheDentTheBodyIsFresh) {
     const auto again = [](double aside_m) {
-        Press press({{0.5, 10.0}});
+        Press press(relaxing({{0.5, 10.0}}));
         press.hold(0.003, 20'000);
         press.to(-0.001);
         press.to(-0.001, aside_m);
@@ -307,7 +277,7 @@ TEST(Relaxation, AGrabbedBodyIsPulledToo) {
 }
 
 TEST(Relaxation, WhatAPauseLeftIsForgotten) {
-    Press press({{0.5, 10.0}});
+    Press press(relaxing({{0.5, 10.0}}));
     const auto again = [&](std::uint32_t after_us) {
         press.to(-1e-6, 0.0, after_us);
         return press.to(0.003);
@@ -346,7 +316,7 @@ public:
         const double left = 1.0 - term_.share + term_.share * tick_.rise;
         const VectorXd past = term_.share * ((1.0 - tick_.fall) * branch_ - tick_.rise * at_once_);
         const Vector3d moved = gather(weight, body_.compliance() * past);
-        const Vector3d force = compliance(weight).ldlt().solve(left * u_m + moved);
+        const Vector3d force = body_.compliance_at(patch, alpha).ldlt().solve(left * u_m + moved);
         VectorXd next = -past;
         for (Eigen::Index node = 0; node < weight.size(); ++node) next.segment<3>(3 * node) += weight[node] * force;
         next /= left;
@@ -360,14 +330,6 @@ private:
         Vector3d sum = Vector3d::Zero();
         for (Eigen::Index node = 0; node < weight.size(); ++node) sum += weight[node] * u.segment<3>(3 * node);
         return sum;
-    }
-    Matrix3d compliance(const VectorXd& weight) const {
-        Matrix3d c = Matrix3d::Zero();
-        for (Eigen::Index a = 0; a < weight.size(); ++a)
-            for (Eigen::Index b = 0; b < weight.size(); ++b)
-                if (weight[a] != 0.0 && weight[b] != 0.0)
-                    c += weight[a] * weight[b] * body_.compliance().block<3, 3>(3 * a, 3 * b);
-        return 0.5 * (c + c.transpose());
     }
 
     const ElasticBody& body_;

@@ -171,44 +171,15 @@ TEST_P(LeastStiffening, WithAnyLawClampsHold) {
     }
 }
 
-/// Down on springs that stiffen and have these laws, at the middle of their top.
-class PressedSprings {
-public:
-    explicit PressedSprings(const Tables& laws)
-        : curve_(laws.stiffening), body_(springs(laws.stiffening), laws), finger_(body_.model()) {
-        to(-1e-6);
-    }
-    void to(double depth_m) { finger_.to({0.0145, 0.0151, kTop_m - depth_m}); }
-    const Finger& finger() const { return finger_; }
-    /// What the springs give without a memory, N.
-    double elastic_n() const {
-        const double depth_m = double(static_cast<float>(kTop_m)) - finger_.at().z();
-        return curve_.factor(0.5 * SpringBox::kSpring * depth_m * depth_m) * SpringBox::kSpring * depth_m;
-    }
-
-private:
-    haptable_model springs(const StiffeningCurve& curve) const {
-        haptable_model model = box_.model();
-        model.stiffness_limit_n_per_m *= static_cast<float>(curve.largest_tangent(1.0));
-        model.max_force_n = 1e3F;
-        return model;
-    }
-    SpringBox box_;
-    StiffeningCurve curve_;
-    WithLaws body_;
-    Finger finger_;
-};
-
 // A force that grows by the tangent, not by |F| / |u|, is no jump, which a release would hold back.
 TEST(StiffeningForce, IsNoJumpForARelease) {
     Tables laws;
     laws.stiffening = {{0.0, 0.0, 30.0}, 2e-3};
     laws.options.set("contact.release_slew", 1e-4);
-    PressedSprings body(laws);
+    Press body(laws);
     for (int k = 1; k <= 50; ++k) body.to(5e-5 * k);
     EXPECT_EQ(body.finger().counters().jumps, 0U);
-    EXPECT_WITHIN(body.finger().force().z() - body.elastic_n(), .epsilon = kRoot + 64.0 * kFloat,
-                  .size = body.elastic_n());
+    EXPECT_WITHIN(body.force().z() - body.elastic_n(), .epsilon = kRoot + 64.0 * kFloat, .size = body.elastic_n());
 }
 
 // Fung's quasi-linear viscoelasticity: a ramp's elastic force, convolved with g(t); and as friction and a hand have it.
@@ -219,7 +190,7 @@ TEST(StiffeningForce, RelaxesAsTheElasticForceDoes) {
         laws.relaxation = {{0.5, 0.1}};
         if (is_held) laws.static_friction = laws.kinetic_friction = 1e-3;
         const TickRelaxation tick = relaxation_of_tick(laws.relaxation[0]);
-        PressedSprings body(laws);
+        Press body(laws);
         double branch = 0.0, last = 0.0;
         for (int k = 1; k <= 600; ++k) {
             body.to(1e-5 * std::min(k, 150));
@@ -227,11 +198,11 @@ TEST(StiffeningForce, RelaxesAsTheElasticForceDoes) {
             branch = branch * (1.0 - tick.fall) + tick.rise * (elastic - last);
             last = elastic;
             // The state sums 600 steps with their roundings kept.
-            EXPECT_WITHIN(std::abs(body.finger().force().z() - (0.5 * elastic + 0.5 * branch)),
-                          .epsilon = kRoot + 64.0 * kFloat, .size = elastic)
+            EXPECT_WITHIN(std::abs(body.force().z() - (0.5 * elastic + 0.5 * branch)), .epsilon = kRoot + 64.0 * kFloat,
+                          .size = elastic)
                 << is_held << " " << k;
         }
-        EXPECT_LT(body.finger().force().z(), 0.51 * last) << "half is left";
+        EXPECT_LT(body.force().z(), 0.51 * last) << "half is left";
     }
 }
 

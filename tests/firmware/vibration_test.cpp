@@ -4,15 +4,18 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
-#include <memory>
+#include <numbers>
 #include <optional>
 #include <random>
 #include <tuple>
+#include <vector>
 
+#include "tests/bodies.hpp"
 #include "tests/dense.hpp"
 #include "tests/error_of.hpp"
-#include "tests/jelly.hpp"
+#include "tests/finger.hpp"
 #include "tests/moving_body.hpp"
 #include "tests/scene_session.hpp"
 #include "tests/tolerance.hpp"
@@ -24,31 +27,40 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-/// A jelly that nothing holds, or that rings for long; made once.
-const Jelly& jelly_of(int modes, bool is_free = false, double damping_ratio = 0.05) {
-    static std::map<std::tuple<int, bool, double>, std::unique_ptr<Jelly>> made;
-    auto& one = made[{modes, is_free, damping_ratio}];
-    if (one) return *one;
-    Scene scene = for_two(jelly(ForceLaw::kConsistent, modes, is_free));
-    if (scene.body_modes) scene.body_modes->damping_ratio = damping_ratio;
-    return *(one = std::make_unique<Jelly>(scene));
+/// Jelly: 10 kPa, 1000 kg/m^3. Its lowest mode has some 15 Hz.
+Scene jelly(ForceLaw force, int modes, bool is_free = false) {
+    Scene scene = cube_scene(5, 0.45);
+    scene.contact.force = force;
+    if (force == ForceLaw::kPressureMask) scene.contact.mask_radius_m = 0.012;
+    if (is_free) set_free(scene);
+    if (modes > 0) scene.body_modes = BodyModes{modes, 0.05, is_free ? 0.0 : 1000.0, 0.0, 1};
+    scene.device.max_force_n = 20.0;
+    scene.tables.columns = ColumnRows::kNone;
+    return scene;
 }
 
-/// What a session needs of a jelly.
-struct JellyParts {
-    JellyParts(const Jelly& jelly, GodObject god_object, double friction)
-        : model(jelly.model(god_object, friction)), tables(jelly.pair(model, god_object)), modes(jelly.modes()) {}
-    haptable_model model;
-    haptable_pair_model tables;
-    haptable_modes modes;
-};
+/// The tables of one that nothing holds, or that rings for long; made once.
+const SceneFiles& jelly_of(int modes, bool is_free = false, double damping_ratio = 0.05) {
+    static std::map<std::tuple<int, bool, double>, SceneFiles> made;
+    const std::tuple which{modes, is_free, damping_ratio};
+    if (const auto one = made.find(which); one != made.end()) return one->second;
+    Scene scene = for_two(jelly(ForceLaw::kConsistent, modes, is_free));
+    if (scene.body_modes) scene.body_modes->damping_ratio = damping_ratio;
+    return made.emplace(which, files_of(scene)).first->second;
+}
+
+SceneFiles touched(SceneFiles files, GodObject god_object, double friction) {
+    files.tables.god_object = god_object;
+    files.tables.static_friction = files.tables.kinetic_friction = friction;
+    return files;
+}
 
 /// A jelly under one finger or two, with its modes or still; body: null where it is held.
-struct JellySession : JellyParts, SceneSession {
-    JellySession(const Jelly& jelly, std::size_t count, GodObject god_object, double friction = 0.0,
+struct JellySession : LoadedScene, SceneSession {
+    JellySession(const SceneFiles& jelly, std::size_t count, GodObject god_object, double friction = 0.0,
                  const haptable_body* body = nullptr)
-        : JellyParts(jelly, god_object, friction),
-          SceneSession(model, count == 2 ? &tables : nullptr, body, modes.count > 0 ? &modes : nullptr),
+        : LoadedScene(touched(jelly, god_object, friction)),
+          SceneSession(model(), count == 2 ? pair() : nullptr, body, modes()),
           fingers(count) {}
     void step_both(const Vector3d& first_m, const Vector3d& second_m) {
         step(first_m, fingers == 2 ? std::optional(second_m) : std::nullopt);
@@ -84,13 +96,13 @@ MatrixXd stiffness_of(const JellySession& session) {
     MatrixXd c(3 * session.fingers, 3 * session.fingers);
     haptable_pair_own own;
     for (std::size_t f = 0; f < session.fingers; ++f) {
-        session.tables.law->own(&session.model, &session.contact(f), session.state.account().past[f].finger_m, &own);
+        session.pair()->law->own(&session.model(), &session.contact(f), session.state.account().past[f].finger_m, &own);
         const float* a = own.a;
         c.block<3, 3>(Eigen::Index(3 * f), Eigen::Index(3 * f)) << a[0], a[3], a[5], a[3], a[1], a[4], a[5], a[4], a[2];
     }
     if (session.fingers == 2) {
         float block[9][9];
-        session.tables.blocks(&session.tables, session.contact(0).patch, session.contact(1).patch, block);
+        session.pair()->blocks(session.pair(), session.contact(0).patch, session.contact(1).patch, block);
         Eigen::Matrix3d x = Eigen::Matrix3d::Zero();
         for (int k = 0; k < 9; ++k)
             x += double(session.contact(0).alpha[k / 3] * session.contact(1).alpha[k % 3]) *
@@ -107,13 +119,35 @@ VectorXd first_mode_at(const JellySession& session) {
     for (std::size_t f = 0; f < session.fingers; ++f) {
         const haptable_contact& contact = session.contact(f);
         for (int c = 0; c < 3; ++c) {
-            const std::uint16_t vertex = session.model.patch[contact.patch][c];
-            if (vertex < session.model.free_count)
+            const std::uint16_t vertex = session.model().patch[contact.patch][c];
+            if (vertex < session.model().free_count)
                 phi.segment<3>(Eigen::Index(3 * f)) +=
-                    double(contact.alpha[c]) * to_vector(session.modes.shape[vertex]);
+                    double(contact.alpha[c]) * to_vector(session.modes()->shape[vertex]);
         }
     }
     return phi;
+}
+
+/// A force, a number each tick, swings about its last one by omega and falls off by exp(-decay t). A midpoint step is
+/// slow by (omega T)^2 / 12. By how much omega may be off, rad/s.
+double expect_ring(const std::vector<double>& force, double omega, double decay) {
+    const double last = force.back();
+    std::vector<double> crossing;  // upwards
+    for (std::size_t i = 1; i < 400; ++i)
+        if (force[i - 1] < last && force[i] >= last)
+            crossing.push_back(kTick_s * (double(i) - (force[i] - last) / (force[i] - force[i - 1])));
+    const double within = (std::pow(omega * kTick_s, 2.0) / 12.0 + 2e-3) * omega;
+    EXPECT_GT(crossing.size(), 3U);
+    if (crossing.size() < 2) return within;
+    const double period = (crossing.back() - crossing.front()) / double(crossing.size() - 1);
+    EXPECT_NEAR(2.0 * std::numbers::pi / period, omega, within);
+    const auto most = [&](std::size_t from) {
+        double size = 0.0;
+        for (std::size_t i = from; i < from + 60; ++i) size = std::max(size, std::abs(force[i] - last));
+        return size;
+    };
+    EXPECT_NEAR(std::log(most(0) / most(200)) / 0.2, decay, 0.1 * decay);
+    return within;
 }
 
 const Vector3d kOnTop{0.0137, 0.0168, 0.03};
@@ -131,11 +165,11 @@ INSTANTIATE_TEST_SUITE_P(Fingers, ModesUnder, testing::Values(1, 2));
 TEST_P(ModesUnder, FingersThatStayIsFeltAsTheStaticForce) {
     for (const ForceLaw force : every<ForceLaw>()) {
         SCOPED_TRACE(word(force));
-        const Jelly ringing(for_two(jelly(force, 8))), whole(for_two(jelly(force, 0)));
+        const SceneFiles ringing = files_of(for_two(jelly(force, 8))), whole = files_of(for_two(jelly(force, 0)));
         const Vector3d* at = force == ForceLaw::kInterpolated ? kAtNodes : kBetweenNodes;
         JellySession session(ringing, GetParam(), GodObject::kNearest, 10.0),
             still(whole, GetParam(), GodObject::kNearest, 10.0);
-        SceneSession rest(session.model, GetParam() == 2 ? &session.tables : nullptr, nullptr, nullptr);
+        SceneSession rest(session.model(), GetParam() == 2 ? session.pair() : nullptr, nullptr, nullptr);
         session.press(at[0], at[1], 0.003, 4000);
         still.press(at[0], at[1], 0.003, 4000);
         ASSERT_TRUE(session.all_touch());
@@ -168,7 +202,7 @@ TEST_P(ModesUnder, FingersThatStayRings) {
     }
     ASSERT_TRUE(session.all_touch());
     EXPECT_LE(session.state.account().owed_j, 0.0F) << "all is paid for";
-    const double omega = jelly_of(1).files().omega_rad_per_s[0], zeta = 0.05;
+    const double omega = session.body_modes()->omega_rad_per_s[0], zeta = 0.05;
     const VectorXd phi = first_mode_at(session);
     const MatrixXd s = stiffness_of(session);
     const double wanted = std::sqrt(omega * omega * (1.0 - zeta * zeta) + phi.dot(s * phi));
@@ -182,8 +216,7 @@ TEST_P(ModesUnder, FingersThatStayRings) {
 // Fingers that friction holds go to and fro by 10 um a tick: modes and contacts gain what they give, f . dx, and
 // dx . S dx / 2 besides, but for what the modes' damping takes.
 TEST_P(ModesUnder, FingersThatMoveGainsWhatTheHandsGave) {
-    const Jelly& ringing = jelly_of(8, false, 1e-4);
-    JellySession session(ringing, GetParam(), GodObject::kNearest, 10.0);
+    JellySession session(jelly_of(8, false, 1e-4), GetParam(), GodObject::kNearest, 10.0);
     session.press(kBetweenNodes[0], kBetweenNodes[1], 0.003, 400);
     std::mt19937 random(3);
     std::uniform_real_distribution<float> part(-1e-5F, 1e-5F);
@@ -203,7 +236,7 @@ TEST_P(ModesUnder, FingersThatMoveGainsWhatTheHandsGave) {
     }
     ASSERT_TRUE(session.all_touch());
     // Energies are floats of some twenty terms; damping takes 2 zeta omega of the swing's share in a tick.
-    const double omega = ringing.files().omega_rad_per_s.back();
+    const double omega = session.body_modes()->omega_rad_per_s.back();
     EXPECT_WITHIN(worst, .count = 16, .epsilon = kFloat,
                   .size = session.all_j() * (1.0 + 2e-4 * omega * kTick_s / kFloat / 16.0));
     EXPECT_LT(worst, 0.1 * wall) << "so that the wall's part is seen";
@@ -234,7 +267,7 @@ TEST_P(ModesUnder, AFingerThatIsRefusedGoesOn) {
 // After a slide, along which the modes moved each place of the surface otherwise, too: within a second to a hundredth
 // of it, far below the fifth that a hand tells apart.
 TEST(Modes, AForceAfterASlideComesToTheStaticOne) {
-    const haptable_model whole = jelly_of(0).model();
+    const LoadedScene whole(jelly_of(0));
     const Vector3d from{0.0087, 0.0168, 0.03};
     for (const GodObject god_object : every<GodObject>())
         for (const double step_m : {3e-5, 3e-4}) {
@@ -244,7 +277,7 @@ TEST(Modes, AForceAfterASlideComesToTheStaticOne) {
             for (double way_m = 0.0; way_m < 0.006; way_m += step_m) session.step(end - Vector3d(0.006 - way_m, 0, 0));
             session.step(end);
             const auto off = [&] {
-                const Vector3d wanted = force_at(whole, session.contact(), end);
+                const Vector3d wanted = force_at(whole.model(), session.contact(), end);
                 return (session.force() - wanted).norm() / wanted.norm();
             };
             EXPECT_GT(off(), 0.01) << "it swings";
@@ -259,8 +292,7 @@ TEST(Modes, AKnockRingsAsTheClosedForm) {
     for (const auto& [young_pa, ticks] : {std::pair{1e4, 1000}, {10.0, 6000}}) {
         Scene scene = for_two(jelly(ForceLaw::kConsistent, 8));
         scene.material.young_pa = young_pa;
-        const Jelly ringing(scene);
-        JellySession session(ringing, 1, GodObject::kLeastEnergy);
+        JellySession session(files_of(scene), 1, GodObject::kLeastEnergy);
         session.press(kOnTop, 0.004, 320);
         ASSERT_TRUE(session.touches());
         session.step(kOnTop + up(0.004));
@@ -272,7 +304,7 @@ TEST(Modes, AKnockRingsAsTheClosedForm) {
             session.step(kOnTop + up(0.006));
             const double t = kTick_s * tick;
             for (int k = 0; k < 8; ++k) {
-                const double omega = ringing.files().omega_rad_per_s[std::size_t(k)], zeta = 0.05;
+                const double omega = session.body_modes()->omega_rad_per_s[std::size_t(k)], zeta = 0.05;
                 const double damped = omega * std::sqrt(1.0 - zeta * zeta);
                 const double q = double(begin.q[k]), p = double(begin.p[k]);
                 const double wanted =
@@ -314,7 +346,7 @@ TEST(Modes, OfABodyThatIsTooStiffAreRefused) {
     for (const auto& [young_pa, words] :
          {std::pair{3e7, "remove modes"}, {1e-3, "0.01 Hz at least"}, {5e6, "write modes = "}}) {
         scene.material.young_pa = young_pa;
-        const std::string error = error_of([&] { Jelly{scene}; });
+        const std::string error = error_of([&] { files_of(scene); });
         EXPECT_TRUE(says(error, words));
         EXPECT_TRUE(says(error, ":12: body.modes: mode "));
     }
@@ -372,7 +404,7 @@ TEST(TwoFingers, OneAloneIsAsInASceneWithOne) {
     for (const haptable_body* body : {static_cast<const haptable_body*>(nullptr), &floor})
         for (std::size_t number = 0; number < 2; ++number) {
             JellySession session(jelly_of(8, body != nullptr), 2, GodObject::kLeastEnergy, 0.8, body);
-            SceneSession one(session.model, nullptr, body, &session.modes);
+            SceneSession one(session.model(), nullptr, body, session.modes());
             for (int tick = 0; tick < 1000; ++tick) {
                 const Vector3d at(0.0137 + 1e-5 * std::min(tick, 400), 0.0168, std::max(0.027, 0.032 - 2e-5 * tick));
                 one.step(at);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Ways of a finger, what its hand is given on them, and bodies that are springs.
+// Ways of a finger, what its hand is given on them, and bodies that are springs, with laws.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,6 +11,7 @@
 #include "codegen/laws.hpp"
 #include "codegen/model.hpp"
 #include "firmware/haptable_scene.h"
+#include "tests/bodies.hpp"
 #include "tests/finger.hpp"
 #include "tests/shapes.hpp"
 
@@ -127,6 +128,47 @@ private:
     std::vector<float> curve_;
     std::vector<std::array<float, 3>> terms_;
     haptable_model model_;
+};
+
+/// The finger over the middle of a cube of springs that relaxes, or whose dents stiffen.
+class Press {
+public:
+    explicit Press(const Tables& laws) : curve_(laws.stiffening), body_(springs(), laws) { begin(); }
+    void begin() {
+        finger_.begin();
+        to(-1e-6);
+    }
+    /// One tick; the force outwards, N.
+    double to(double depth_m, double aside_m = 0.0, std::uint32_t after_us = HAPTABLE_TICK_US) {
+        return double(finger_.to({0.0145 + aside_m, 0.0151, kTop_m - depth_m}, after_us).force_n[2]);
+    }
+    void hold(double depth_m, int ticks, double aside_m = 0.0) {
+        for (int tick = 0; tick < ticks; ++tick) to(depth_m, aside_m);
+    }
+    void grab() { haptable_servo_buttons(&finger_.servo(), HAPTABLE_BUTTON_GRAB); }
+    /// As the servo saw it.
+    double depth_m() const { return double(static_cast<float>(kTop_m)) - finger_.at().z(); }
+    /// What the springs give without a memory, N.
+    double elastic_n() const {
+        const double linear_n = SpringBox::kSpring * depth_m();
+        return curve_.factor(0.5 * linear_n * depth_m()) * linear_n;
+    }
+    Eigen::Vector3d force() const { return finger_.force(); }
+    const Finger& finger() const { return finger_; }
+    const haptable_model& model() { return body_.model(); }
+
+private:
+    haptable_model springs() const {
+        haptable_model model = box_.model();
+        model.stiffness_limit_n_per_m *= static_cast<float>(curve_.largest_tangent(1.0));
+        model.max_force_n = 1e3F;
+        return model;
+    }
+
+    SpringBox box_;
+    StiffeningCurve curve_;
+    WithLaws body_;
+    Finger finger_{body_.model()};
 };
 
 }  // namespace haptable::test

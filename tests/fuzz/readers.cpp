@@ -86,24 +86,10 @@ void fuzz_type(std::string_view put, std::string_view body) {
     if (text.size() < 2) return;
     const std::size_t lengths = std::min<std::size_t>(3 * (static_cast<std::uint8_t>(text[1]) % 4), text.size() - 2);
     const std::string_view put = text.substr(2, lengths), body = text.substr(2 + lengths);
-    switch (static_cast<std::uint8_t>(text[0]) % 8) {
-        case 0:
-            return fuzz_type<contact>(put, body);
-        case 1:
-            return fuzz_type<servo_status>(put, body);
-        case 2:
-            return fuzz_type<device_state>(put, body);
-        case 3:
-            return fuzz_type<servo_force>(put, body);
-        case 4:
-            return fuzz_type<body_pose>(put, body);
-        case 5:
-            return fuzz_type<body_modes>(put, body);
-        case 6:
-            return fuzz_type<tool_wrench>(put, body);
-        default:
-            return fuzz_type<hand_pose>(put, body);
-    }
+    constexpr void (*kTypes[])(std::string_view, std::string_view) = {
+        fuzz_type<contact>,   fuzz_type<servo_status>, fuzz_type<device_state>, fuzz_type<servo_force>,
+        fuzz_type<body_pose>, fuzz_type<body_modes>,   fuzz_type<tool_wrench>,  fuzz_type<hand_pose>};
+    kTypes[static_cast<std::uint8_t>(text[0]) % std::size(kTypes)](put, body);
 }
 
 }  // namespace

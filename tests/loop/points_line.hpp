@@ -10,11 +10,8 @@
 #include <random>
 #include <string>
 
-#include "codegen/loaded_scene.hpp"
-#include "host/base/progress.hpp"
-#include "host/precompute/precompute.hpp"
-#include "host/scene/scene.hpp"
 #include "host/session/scene.hpp"
+#include "tests/bodies.hpp"
 #include "tests/loop/helpers.hpp"
 #include "tests/loop/line_bytes.hpp"
 
@@ -36,7 +33,7 @@ public:
         if (!one) one = std::make_unique<PointsScene>(points);
         return *one;
     }
-    explicit PointsScene(const LinePoints& points) : loaded_(made_in(folder_, points)) {}
+    explicit PointsScene(const LinePoints& points) : loaded_(files_of(scene_of(points))) {}
     PointsScene(const PointsScene&) = delete;
     PointsScene& operator=(const PointsScene&) = delete;
 
@@ -45,16 +42,14 @@ public:
     }
 
 private:
-    static LoadedScene made_in(const WorkFolder& folder, const LinePoints& points) {
+    static Scene scene_of(const LinePoints& points) {
+        const WorkFolder folder;
         const std::string touch = points.hands == 0 ? "[tool]\nshape = \"disc\"\nradius = 0.008\npoints = 5\n"
                                                     : "fingers = " + std::to_string(points.hands) + "\n";
         write_file(folder / "points.toml", masked_cube("points", "nodes_per_side = 5\n", 0.0106, touch));
-        Progress quiet(true);
-        precompute(read_scene(folder / "points.toml"), folder / "tables", quiet);
-        return LoadedScene(TablesFolder(folder / "tables"));
+        return read_scene(folder / "points.toml");
     }
 
-    WorkFolder folder_;
     LoadedScene loaded_;
 };
 

@@ -4,8 +4,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "codegen/loaded_scene.hpp"
-#include "host/precompute/precompute.hpp"
 #include "host/session/scene.hpp"
 #include "tests/bodies.hpp"
 
@@ -22,13 +20,10 @@ public:
 
 private:
     static SceneFiles files(double friction) {
-        const TemporaryFolder folder;
         Scene scene = cube_scene(4, 0.3);
         scene.contact.force = ForceLaw::kConsistent;
         scene.contact.fingers = 2;
-        Progress quiet(true);
-        precompute(scene, folder.path() / "out", quiet);
-        SceneFiles files = read_scene_files(folder.path() / "out");
+        SceneFiles files = files_of(scene);
         files.tables.limits = {};
         files.tables.static_friction = files.tables.kinetic_friction = friction;
         files.tables.options.set("contact.release_slew", 0.0);

@@ -2,32 +2,23 @@
 // A tool from its scene to its pictures: a hand that turns it, messages, records, replay, frames.
 #include <gtest/gtest.h>
 
-#include "codegen/loaded_scene.hpp"
 #include "codegen/loads.hpp"
-#include "host/base/progress.hpp"
 #include "host/link/log_reader.hpp"
-#include "host/precompute/precompute.hpp"
 #include "host/view/servo_csv.hpp"
+#include "tests/bodies.hpp"
 #include "tests/error_of.hpp"
 #include "tests/loop/recorded_loop.hpp"
 
 namespace haptable::test {
 namespace {
 
-/// A disc of 12 mm over the paper's cube.
-Scene disc_over_cube(const std::filesystem::path& folder) {
-    write_file(folder / "disc.toml",
-               masked_cube("disc", "", 0.003, "[tool]\nshape = \"disc\"\nradius = 0.006\npoints = 7\n"));
-    return read_scene(folder / "disc.toml");
-}
-
-/// Its tables; made once.
+/// A disc of 12 mm over the paper's cube; made once.
 const LoadedScene& disc() {
-    static const WorkFolder folder;
     static const LoadedScene loaded([] {
-        Progress progress(true);
-        precompute(disc_over_cube(folder.path()), folder / "tables", progress);
-        return TablesFolder(folder / "tables");
+        const WorkFolder folder;
+        write_file(folder / "disc.toml",
+                   masked_cube("disc", "", 0.003, "[tool]\nshape = \"disc\"\nradius = 0.006\npoints = 7\n"));
+        return files_of(read_scene(folder / "disc.toml"));
     }());
     return loaded;
 }

@@ -6,19 +6,25 @@
 #include <nlohmann/json.hpp>
 
 #include "codegen/in_memory.hpp"
-#include "host/precompute/precompute.hpp"
+#include "tests/bodies.hpp"
 
 namespace haptable::test {
 
 using Eigen::Vector3d;
 
-MovingTables::MovingTables(Scene scene) : scene_(std::move(scene)) {
-    Progress quiet(true);
-    scene_.tables.columns = ColumnRows::kNone;
-    precompute(scene_, folder_.path() / "out", quiet);
-    loaded_.emplace(TablesFolder(folder_.path() / "out"));
-    if (is_free()) rigid_ = rigid_of(*loaded_->body());
+namespace {
+
+Scene without_columns(Scene scene) {
+    scene.tables.columns = ColumnRows::kNone;
+    return scene;
 }
+
+}  // namespace
+
+MovingTables::MovingTables(Scene scene)
+    : scene_(without_columns(std::move(scene))),
+      loaded_(files_of(scene_)),
+      rigid_(is_free() ? rigid_of(*loaded_.body()) : Rigid()) {}
 
 MovingSession::MovingSession(const MovingTables& tables, const Touching& touching)
     : tables_(tables), touching_(touching) {

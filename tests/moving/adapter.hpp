@@ -10,7 +10,6 @@
 #include "codegen/loaded_scene.hpp"
 #include "host/scene/scene.hpp"
 #include "host/strokes/motion.hpp"
-#include "tests/temporary_folder.hpp"
 
 namespace haptable::test {
 
@@ -23,17 +22,16 @@ public:
     explicit MovingTables(Scene scene);
 
     const Scene& scene() const { return scene_; }
-    const LoadedScene& loaded() const { return *loaded_; }
-    bool is_free() const { return loaded_->body() != nullptr; }
+    const LoadedScene& loaded() const { return loaded_; }
+    bool is_free() const { return loaded_.body() != nullptr; }
     const Rigid& rigid() const { return rigid_; }  ///< of a held body all zero
     /// The largest of any point, as felt.
-    double stiffness_n_per_m() const { return loaded_->servo().stiffness.felt_n_per_m; }
-    double size_m() const { return double(loaded_->servo().tolerance_m) * 0x1p20; }  ///< the diagonal
+    double stiffness_n_per_m() const { return loaded_.servo().stiffness.felt_n_per_m; }
+    double size_m() const { return double(loaded_.servo().tolerance_m) * 0x1p20; }  ///< the diagonal
 
 private:
-    TemporaryFolder folder_;
     Scene scene_;
-    std::optional<LoadedScene> loaded_;
+    LoadedScene loaded_;
     Rigid rigid_;
 };
 
