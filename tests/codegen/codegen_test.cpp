@@ -22,19 +22,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-TEST(Codegen, NeighboursLieAcrossTheirEdgeAndBack) {
-    const TestModel model(torus_shape(20, 10, 0.05, 0.02));
-    const ServoModel& servo = model.servo();
-    for (std::size_t p = 0; p < servo.patch.size(); ++p)
-        for (std::size_t c = 0; c < 3; ++c) {
-            const std::uint16_t q = servo.neighbour[p][c];
-            ASSERT_NE(q, HAPTABLE_NONE) << "the torus is closed";
-            EXPECT_EQ(std::count(servo.neighbour[q].begin(), servo.neighbour[q].end(), p), 1);
-            const auto corner = servo.patch[p][c];
-            EXPECT_EQ(std::count(servo.patch[q].begin(), servo.patch[q].end(), corner), 0);
-        }
-}
-
 // Two bars that touch along one edge: four patches meet there, and each bar's two are neighbours.
 TEST(Codegen, WherePatchesOfTwoBodiesMeetAtAnEdgeEachKeepsToItsOwn) {
     const Shape one = box_shape(1, Vector3d(1, 1, 1));
@@ -56,44 +43,6 @@ TEST(Codegen, WherePatchesOfTwoBodiesMeetAtAnEdgeEachKeepsToItsOwn) {
     const auto is_first = [&](std::size_t p) { return servo.leaf_order[p] < one.patch.size(); };
     for (std::size_t p = 0; p < servo.patch.size(); ++p)
         for (std::uint16_t q : servo.neighbour[p]) EXPECT_EQ(is_first(p), is_first(q)) << p << " and " << q;
-}
-
-TEST(Codegen, EveryPatchLiesInItsLeafAndEveryBoxInItsParent) {
-    const TestModel model(sphere_shape(3, 0.05));
-    const ServoModel& servo = model.servo();
-    std::size_t covered = 0;
-    for (std::size_t b = 0; b < servo.box.size(); ++b) {
-        const haptable_box& box = servo.box[b];
-        ASSERT_GT(box.skip, b);
-        ASSERT_LE(box.skip, servo.box.size());
-        for (std::size_t child = b + 1; child < box.skip; ++child)
-            for (std::size_t axis = 0; axis < 3; ++axis) {
-                EXPECT_LE(box.low[axis], servo.box[child].low[axis]);
-                EXPECT_GE(box.high[axis], servo.box[child].high[axis]);
-            }
-        if (box.patch == HAPTABLE_NONE) continue;
-        EXPECT_EQ(box.patch, covered) << "leaves hold the patches in a row";
-        for (int i = 0; i < HAPTABLE_LEAF && covered < servo.patch.size(); ++i, ++covered)
-            for (std::uint16_t v : servo.patch[covered])
-                for (std::size_t axis = 0; axis < 3; ++axis) {
-                    const float steps = (servo.vertex_m[v][axis] - servo.grid_origin_m[axis]) * servo.grid_per_m;
-                    EXPECT_LE(float(box.low[axis]) + 1, steps);
-                    EXPECT_GE(float(box.high[axis]) - 1, steps);
-                }
-    }
-    EXPECT_EQ(covered, servo.patch.size());
-}
-
-TEST(Codegen, FreeVerticesComeFirstAndBlocksArePackedInOrder) {
-    const TestModel model(box_shape(3, Vector3d(0.03, 0.03, 0.03)), 0.001);
-    const ServoModel& servo = model.servo();
-    ASSERT_EQ(servo.free_count, 56U - 16U);
-    for (std::size_t v = 0; v < servo.node.size(); ++v) EXPECT_EQ(servo.vertex_m[v][2] < 0.001F, v >= servo.free_count);
-    const auto& s = model.tables().stiffness[5];
-    const std::array<double, 6> packed{s[0], s[4], s[8], s[1], s[5], s[6]};
-    const double noise = 0x1p-26 * *std::max_element(packed.begin(), packed.end());
-    for (std::size_t i = 0; i < 6; ++i)
-        EXPECT_NEAR(double(servo.stiffness_n_per_m[5][i]), packed[i], noise + 0x1p-24 * std::abs(packed[i]));
 }
 
 // Another BLAS adds in another order: 1e-16 of a block, where symmetry gives 0 too.

@@ -108,67 +108,6 @@ TEST(Compliance, TheLoadedContactPointMeetsTheFinger) {
     EXPECT_GT(worst_gap({cube_scene(5, 0.3), ForceLaw::kInterpolated}, 1000, &lifted), 0.3);
 }
 
-TEST(Compliance, APatchOfThreeFixedNodesHasTheRigidStiffness) {
-    for (const ForceLaw force : {ForceLaw::kConsistent, ForceLaw::kPressureMask}) {
-        const ElasticBody body(cube_scene(5, 0.3), force, force == ForceLaw::kConsistent ? 0.0 : 0.003);
-        const haptable_model model = body.model();
-        int found = 0;
-        for (int patch = 0; patch < body.patches(); ++patch) {
-            bool all = true;
-            for (int c = 0; c < 3; ++c) all &= !body.is_free(body.vertex(patch, c));
-            if (!all) continue;
-            ++found;
-            const Pressed pressed = press(body, model, patch, Vector3d(0.2, 0.5, 0.3), Vector3d(1e-4, -2e-4, 3e-4));
-            EXPECT_WITHIN((pressed.force + 1000.0 * pressed.u).norm() / pressed.force.norm(), solved()) << force;
-        }
-        EXPECT_GT(found, 10);
-    }
-}
-
-// Over edges the two patches of an edge give the same force, bit for bit or to rounding.
-TEST(Compliance, TheForceIsTheSameFromBothPatchesOfAnEdge) {
-    for (const ForceLaw force : {ForceLaw::kConsistent, ForceLaw::kPressureMask}) {
-        const ElasticBody body(cube_scene(5, 0.3), force, force == ForceLaw::kConsistent ? 0.0 : 0.01);
-        const haptable_model model = body.model();
-        int checked = 0;
-        for (int patch = 0; patch < body.patches(); ++patch)
-            for (int c = 0; c < 3; ++c) {
-                const std::uint16_t across = model.neighbour[patch][c];
-                ASSERT_NE(across, HAPTABLE_NONE);
-                Vector3d here = Vector3d::Zero(), there = Vector3d::Zero();
-                for (int k = 1; k <= 2; ++k) {
-                    const int corner = (c + k) % 3;
-                    here[corner] = k == 1 ? 0.3 : 0.7;
-                    for (int d = 0; d < 3; ++d)
-                        if (body.vertex(across, d) == body.vertex(patch, corner)) there[d] = here[corner];
-                }
-                const Vector3d u(1e-3, 2e-3, -3e-3);
-                const Pressed a = press(body, model, patch, here, u), b = press(body, model, across, there, u);
-                EXPECT_WITHIN((a.force - b.force).norm() / a.force.norm(), solved());
-                ++checked;
-            }
-        EXPECT_EQ(checked, 3 * body.patches());
-    }
-}
-
-TEST(PressureMask, ItsWeightsSumToOneAndFollowTheGodObjectContinuously) {
-    const ElasticBody body(cube_scene(5, 0.3), ForceLaw::kPressureMask, 0.009);
-    // w is quadratic in alpha, and alpha goes from 0 to 1 over the height of a patch.
-    const double step_m = std::hypot(0.012, 0.007) / 2000.0, height_m = 0.0075 / std::sqrt(2.0);
-    Vector3d alpha;
-    Eigen::VectorXd before;
-    for (int i = 0; i <= 2000; ++i) {
-        const double t = i / 2000.0;
-        const int patch = body.patch_over(0.009 + 0.012 * t, 0.011 + 0.007 * t, alpha);
-        const Eigen::VectorXd w = body.weights(patch, alpha);
-        EXPECT_WITHIN(std::abs(w.sum() - 1.0), .count = 16, .epsilon = kFloat);
-        if (i > 0) {
-            EXPECT_WITHIN((w - before).norm(), .count = 4, .epsilon = step_m, .condition = 1.0 / height_m) << i;
-        }
-        before = w;
-    }
-}
-
 /// Normal stiffness of the top at (x, y), N/m.
 double stiffness(const ElasticBody& body, const haptable_model& model, double x, double y) {
     Vector3d alpha;

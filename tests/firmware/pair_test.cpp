@@ -247,27 +247,6 @@ TEST(Pair, ForcesAreThoseOfDirectSolvesOnTheMouse) {
 /// Of some 2 mm of a dent 2.5 times as stiff, with a tangent of 6.
 constexpr StiffeningCurve kStiff{{0.5, -0.5, 1.5}, 5e-5};
 
-TEST(Pair, OneFingerIsTheServo) {
-    const ElasticBody& body = cube_of(ForceLaw::kConsistent);
-    for (const StiffeningCurve& curve : {StiffeningCurve{}, kStiff}) {
-        Pair pair(body, GodObject::kLeastEnergy, 0.0, false, curve);
-        Finger finger(*pair.model().model);
-        for (int tick = 0; tick < 400; ++tick) {
-            const Vector3d x(0.012 + 1e-5 * tick, 0.014, 0.031 - 1e-5 * tick);
-            finger.to(x);
-            pair.to(x, Vector3d(0.1, 0.1, 0.1));
-            ASSERT_EQ(finger.out().state, pair.out[0].state) << tick;
-            EXPECT_EQ(finger.god(), to_vector(pair.out[0].god_object_m)) << tick;
-            // Least energy gives the load to first order between evaluations, LOAD_CORRECTION squared; and the
-            // position's own rounding over the depth.
-            const double depth_m = std::max(1e-7, pair.u(0).norm()), first_order = 6.25e-6;
-            EXPECT_WITHIN((finger.force() - pair.force(0)).norm(), .count = 16,
-                          .epsilon = curve.largest_tangent(1.0) * (first_order + kFloat * body.size() / depth_m),
-                          .size = finger.force().norm());
-        }
-    }
-}
-
 /// Presses both, 1.4 mm and 2 mm deep, at places that friction holds; then moves each.
 void press_both(Pair& pair, const Vector3d& way, const Vector3d& beside = Vector3d::Zero()) {
     pair.begin();
@@ -483,36 +462,6 @@ TEST(Pair, EachFingerLetsGoOnItsOwn) {
     }
     EXPECT_GT(left, 110);
     EXPECT_EQ(pair.out[1].state, HAPTABLE_CONTACT);  // its god-object stays
-}
-
-TEST(Pair, FingersThatMeetStayWellPosed) {
-    for (const ForceLaw force : kForces) {
-        const ElasticBody& body = cube_of(force);
-        Pair pair(body, GodObject::kNearest);
-        Vector3d alpha;
-        const int patch = body.patch_over(0.0161, 0.0131, alpha);
-        const Vector3d start = body.point(patch, alpha), along(0.6, 0.8, 0.0);
-        const auto meeting_m = double(pair.model().meeting_m);
-        Vector3d last = Vector3d::Zero(), alone = Vector3d::Zero();
-        double steepest = 0.0;
-        // From beyond the meeting distance through the other finger, which is pressed half as deep.
-        const int steps = 800;
-        for (int i = 0; i <= steps; ++i) {
-            const double apart = meeting_m * 1.5 * (2.0 * i / steps - 1.0);
-            const Vector3d g = start + apart * along;
-            Vector3d at;
-            const int here = body.patch_over(g.x(), g.y(), at);
-            pair.put_both(here, at, g - Vector3d(0, 0, 1e-3), patch, alpha, start - Vector3d(0, 0, 0.9e-3));
-            ASSERT_TRUE(pair.force(0).allFinite());
-            if (i == 0) alone = pair.force(0);
-            if (i > 0) steepest = std::max(steepest, (pair.force(0) - last).norm());
-            last = pair.force(0);
-            // With an eighth of the coupling gone, C is at least an eighth of that of a finger alone.
-            EXPECT_LT(pair.force(0).norm(), 8.0 * 2.0 * alone.norm()) << force;
-        }
-        // No step of these is a jump: each is a small part of the force.
-        EXPECT_LT(steepest, 0.05 * alone.norm()) << force;
-    }
 }
 
 /// Bytes into which the masks' controls of the cube fit in clusters, and bytes into which only their nodes do.

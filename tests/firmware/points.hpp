@@ -110,21 +110,6 @@ private:
     std::optional<SceneState> state_;
 };
 
-/// A point that goes down alone is a finger there. to(x), then its force() and the patch that it touches.
-template <typename To, typename Force, typename Patch>
-void expect_a_finger(const ElasticBody& body, const To& to, const Force& force, const Patch& patch) {
-    Finger finger(body.model());
-    for (int tick = 0; tick < 300; ++tick) {
-        const Eigen::Vector3d x(0.012 + 1e-5 * tick, 0.014, 0.031 - 1e-5 * tick);
-        to(x);
-        finger.to(x);
-        ASSERT_EQ(patch(), finger.servo().contact.patch) << tick;
-        const double depth_m = std::max(1e-7, (finger.at() - finger.god()).norm());
-        EXPECT_WITHIN((force() - finger.force()).norm(), .count = 32, .epsilon = kFloat * (1.0 + body.size() / depth_m),
-                      .condition = 10, .size = finger.force().norm());
-    }
-}
-
 /// Of a loop that presses in its first quarter, slides in its middle and lifts in its last: each from 0 to 1.
 struct LoopPhase {
     explicit LoopPhase(double t)

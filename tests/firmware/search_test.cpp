@@ -28,20 +28,6 @@ int ticks_until_contact(Finger& finger, const Vector3d& x) {
     return 99;
 }
 
-TEST(Search, GoesOnAtTheNextTickWhereATicksBoxesDoNotReach) {
-    Finger finger(plate());
-    finger.to({0.001, 0.002, 0.0022});
-    const Vector3d end(0.099, 0.097, 0.0019);
-    finger.to(end);
-    EXPECT_FALSE(finger.touches());
-    EXPECT_EQ(finger.counters().most_boxes, unsigned{HAPTABLE_TICK_BOXES});
-    EXPECT_EQ(finger.counters().box_limits, 1U);
-    const int ticks = ticks_until_contact(finger, end);
-    EXPECT_LE(ticks, 5);
-    EXPECT_EQ(finger.counters().box_limits, static_cast<unsigned>(ticks));
-    EXPECT_EQ(finger.counters().contacts, 1U);
-}
-
 // While a long segment over the plate is still searched the finger goes in and comes out, on segments of their own.
 TEST(Search, MissesNothingThatHappensMeanwhile) {
     Finger finger(plate());

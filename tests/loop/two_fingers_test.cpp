@@ -358,23 +358,18 @@ class TwoBehindALine : public SessionOfTwo {
 protected:
     TwoBehindALine() : SessionOfTwo(true, soft_pair().scene()) {}
     FakeTarget<Pipes>& target() { return behind->target; }
-    /// An answer that is lost on its way.
-    void lose_an_answer(std::int64_t seq, std::int8_t mode) {
-        answers_by_itself = false;
-        for (std::size_t finger = 0; finger < kTwo; ++finger) send(finger, state(finger, seq, 0.0011, mode));
-        EXPECT_EQ(target().answer(true), 1);
-        exchange();
-        EXPECT_EQ(forces[0].back().seq, seq - 1);
-    }
 };
 
 TEST_F(TwoBehindALine, InRealTimeAForceThatIsLostIsOvertaken) {
     press_both();
     const std::uint32_t ticks = target().counters(0).ticks;
     const std::size_t answers = forces[0].size();
-    lose_an_answer(20, device_state::REAL_TIME);
-    real(0, 21, 0.0011);
-    real(1, 21, 0.0011);
+    answers_by_itself = false;
+    for (std::size_t finger = 0; finger < kTwo; ++finger) real(finger, 20, 0.0011);
+    EXPECT_EQ(target().answer(true), 1);  // and it is lost on its way
+    exchange();
+    EXPECT_EQ(forces[0].back().seq, 19);
+    for (std::size_t finger = 0; finger < kTwo; ++finger) real(finger, 21, 0.0011);
     session->watch(Clock::now() + milliseconds(10));  // longer than the answer is waited for
     EXPECT_EQ(target().answer(), 1);
     exchange();
@@ -383,19 +378,6 @@ TEST_F(TwoBehindALine, InRealTimeAForceThatIsLostIsOvertaken) {
     EXPECT_EQ(target().counters(0).ticks, ticks + 2);
     EXPECT_EQ(status("lost_answers"), 1);
     EXPECT_EQ(status("lost_answers_2"), 1);
-}
-
-TEST_F(TwoBehindALine, InLockstepATickIsSentAgainUntilItIsAnswered) {
-    lockstep_both(0, -0.001);
-    const std::uint32_t ticks = target().counters(0).ticks;
-    lose_an_answer(1, device_state::SIMULATED);
-    wait(milliseconds(50));
-    EXPECT_EQ(target().answer(), 1);
-    exchange();
-    EXPECT_EQ(forces[0].back().seq, 1);
-    EXPECT_EQ(forces[1].back().seq, 1);
-    EXPECT_EQ(target().counters(0).ticks, ticks + 1);
-    EXPECT_EQ(status("resent_frames"), 1);
 }
 
 // ---- two hands, their log and their record ------------------------------------------------------------------------

@@ -197,8 +197,7 @@ TEST_F(Pairs, TheNumberOfThreadsChangesNoBit) {
     }
 }
 
-// ---- columns: inverse_test.cpp has them in double, precompute_test.cpp in float
-// --------------------------------------
+// ---- columns: their numbers are in inverse_test.cpp and precompute_test.cpp -----------------------------------------
 
 TEST(SolvedColumns, FewerRowsCostFewerOperations) {
     const Factor factor(cube_stiffness(8, 0.49));
