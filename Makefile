@@ -78,8 +78,9 @@ LIBRARY_CXX := $(wildcard host/library/*.cpp host/tables/*.cpp) $(addprefix host
     host/session/energy.cpp $(filter-out $(addprefix codegen/,main.cpp text.cpp display.cpp),$(wildcard codegen/*.cpp))
 write_units = { sh scripts/units.sh $(1) 1400 $(BUILD)/units/ $(filter-out $(LIBRARY_CXX),$(UNITED)); sh scripts/units.sh $(1) 1400 $(BUILD)/units/library/ $(LIBRARY_CXX); }
 UNITS := $(shell $(write_units))
-# What they share takes the longest, and so begins first.
-TESTS = $(patsubst %,%.o,$(filter $(BUILD)/units/tests.%,$(UNITS)) $(filter $(BUILD)/units/tests-%,$(UNITS)))
+# The largest are not the last ones, for which one processor would wait.
+tests = $(filter $(BUILD)/units/tests%,$(UNITS:%=%.o))
+TESTS = $(filter-out $(BUILD)/units/tests-host%,$(tests)) $(filter $(BUILD)/units/tests-host%,$(tests))
 TEST_OBJECTS = $(TESTS) $(TEST_FILES:%=$(BUILD)/%.o)
 
 # ---- parts: one small library a folder; its main.cpp, where it has one, beside it ----------------------------------
@@ -188,8 +189,8 @@ touch: $(BUILD)/bin/haptable-precompute $(BUILD)/bin/haptable-view $(PAGE_PARTS)
 
 # test: install what is missing, build and run every test but those of packages, of the laboratory and of several machines
 .PHONY: test
-test: $(MODULES) $(BUILD)/tests/unit $(BUILD)/bin/haptable-keys all $(PAGE_PARTS) library
-	@$(MAKE) --no-print-directory images test-python
+test: test-python $(MODULES) $(BUILD)/tests/unit $(BUILD)/bin/haptable-keys all $(PAGE_PARTS) library
+	@$(MAKE) --no-print-directory images
 	@BUILD=$(BUILD) sh scripts/test.sh
 
 # test-changed: build the tests and run those beside the sources that changed since this was last green
@@ -227,7 +228,7 @@ test-lab: $(addprefix $(BUILD)/bin/haptable-,contact $(addprefix bench-,ticks de
 	@$(MAKE) --no-print-directory $(BUILD)/lab/site/ready || echo "no packages of PyPI: the tests beside scikit-fem skip"
 test-packages: $(BUILD)/setup-package.stamp
 	@$(MAKE) --no-print-directory $(BUILD)/python/wheels/ready || echo "no packages of PyPI: the tests that install them skip"
-test-python:
+test-python: | $(BUILD)/setup-test.stamp
 	@$(MAKE) --no-print-directory $(BUILD)/python/ready || echo "no packages of PyPI: the tests that speak with Python clients skip"
 
 # test-kernels: tables of ten scenes and the numerical tests under every OpenBLAS kernel that this processor can run, with 1 and 2 threads
