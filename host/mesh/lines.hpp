@@ -27,8 +27,6 @@ public:
     /// Fields of this line, between blanks and commas.
     const std::vector<std::string_view>& fields() const { return field_; }
     std::size_t size() const { return field_.size(); }
-    /// Bytes from here on: more records than these cannot come.
-    std::size_t bytes_left() const { return rest_.size(); }
 
     /// Field k as a finite number ("1e400" is none); an error names the line.
     double real(std::size_t k) const;

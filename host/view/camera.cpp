@@ -88,7 +88,6 @@ Eigen::Matrix3f upright(const std::string& up) {
 Camera::Camera(const ViewOptions& view, std::span<const Vector3f> points_m) : width_(view.width), height_(view.height) {
     const Eigen::AlignedBox3f box = box_of(points_m);
     const Eigen::Matrix3f rows = turn(view) * upright(view.up);
-    towards_eye_ = rows.row(2);
     std::vector<Vector3f> seen;
     for (const Vector3f& point : points_m) seen.push_back(rows * (point - box.center()));
 

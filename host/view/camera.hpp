@@ -43,13 +43,10 @@ public:
     Eigen::Vector2f pixel(const Eigen::Vector3f& point_m) const;
     /// How large a metre across the line of sight is at a point.
     float pixels_per_m(const Eigen::Vector3f& point_m) const;
-    /// From a point towards the eye, unit.
-    Eigen::Vector3f towards_eye() const { return towards_eye_; }
 
 private:
     int width_;
     int height_;
-    Eigen::Vector3f towards_eye_;
     Eigen::Matrix4f to_eye_;
     Eigen::Matrix4f to_clip_;
 };

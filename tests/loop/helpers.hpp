@@ -112,18 +112,6 @@ inline Eigen::Vector3d xyz_of(const Row& row, const std::string& name = "") {
     return {row.at(name + "x"), row.at(name + "y"), row.at(name + "z")};
 }
 
-/// The finger's path in a servo's CSV, as a replay reads it: the same digits.
-inline std::string finger_path_of(const std::filesystem::path& servo_csv) {
-    std::string path = "x,y,z\n";
-    const std::vector<std::string> lines = lines_of(read_file(servo_csv));
-    for (std::size_t i = 1; i < lines.size(); ++i) {
-        std::size_t begin = lines[i].find(',') + 1, end = begin - 1;
-        for (int comma = 0; comma < 3; ++comma) end = lines[i].find(',', end + 1);
-        path += lines[i].substr(begin, end - begin) + "\n";
-    }
-    return path;
-}
-
 template <typename Message>
 std::vector<std::uint8_t> encoded(const Message& message) {
     std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));

@@ -224,7 +224,7 @@ TEST_F(ViewContactMessages, LeavesOutWhatIsDamagedInALog) {
 
 // Live: of a servo that sends every millisecond, what is damaged and a second servo between.
 TEST_F(ViewContactMessages, FollowsOneServoAndLeavesOutTheRest) {
-    const std::string url = "udpm://239.255.72.99:" + std::to_string(20000 + getpid() % 20000) + "?ttl=0";
+    const std::string url = own_url();
     if (const std::string why = why_no_lcm(url); !why.empty()) GTEST_SKIP() << "no multicast here: " << why;
     const Environment address("LCM_DEFAULT_URL", url);
     Connection sender(url);
