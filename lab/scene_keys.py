@@ -116,9 +116,22 @@ def _number(key: Json) -> Json:
 
 _ANY, _TEXT = {"type": "number"}, {"type": "string", "minLength": 1}
 _THREE = _list(_ANY, 3)
+_POSITIVE: Json = {"type": "number", "exclusiveMinimum": 0}
+
+
+def _law(keys: dict[str, Json], *optional: str) -> Json:
+    """A table of these keys and no other."""
+    return {"type": "object", "properties": keys, "required": [key for key in keys if key not in optional],
+            "additionalProperties": False}
+
+
+_STIFFENING = _either(_law({"yeoh": {**_list({"type": "number", "minimum": 0, "maximum": 1e4}, 2), "minItems": 1}}),
+                      _law({"fung": {**_POSITIVE, "maximum": 1e4}}),
+                      _law({"curve": _THREE, "energy": _POSITIVE}),
+                      _law({"curve": _TEXT, "at": _THREE, "radius": _POSITIVE}, "radius"))
 #: A material's keys, whatever its law; the others are a number or three.
 _BY_LAW = {"axes": _list(_THREE, 2), "around": _list(_THREE, 2), "axes_field": _list(_TEXT, 2), "direction": _THREE,
-           "direction_field": _TEXT, "stiffening": {"type": "object", "minProperties": 1, "maxProperties": 3}}
+           "direction_field": _TEXT, "stiffening": _STIFFENING}
 #: Of types that have no range.
 _OF_TYPE = {"flag": {"type": "boolean"}, "text": _TEXT,
             "nodes": {"type": "array", "items": {"type": "integer", "minimum": 0}, "uniqueItems": True,
@@ -130,7 +143,7 @@ _OF_TYPE = {"flag": {"type": "boolean"}, "text": _TEXT,
 def _value(key: Json) -> Json:
     number, words = _number(key), {"enum": key["words"]}
     of_range = {"number": _either(number, words) if key["words"] else number, "integer": number, "word": words,
-                "three": _list(number, 3), "direction": _list(number, 3),
+                "three": _list(number, 3), "direction": {**_list(number, 3), "not": {"items": {"const": 0}}},
                 "one-or-three": _either(number, _list(number, 3)), "six": _list(number, 6), "box": _list(number, 6),
                 "by-law": _BY_LAW.get(key["name"], _either(_ANY, _THREE))}
     return {**_OF_TYPE, **of_range}[key["type"]]
