@@ -36,14 +36,10 @@ def _with(table: Scene) -> Scene:
     return {key: value for key, value in table.items() if value is not None}
 
 
-def contact(force: str, radius: float, **more: Any) -> Scene:
-    """A whole table [contact]. radius: m, of a mask; points have none."""
-    return {"force": force, **({"mask_radius": radius} if force == "pressure-mask" else {}), **more}
-
-
 def touched(scene: Scene, force: str, radius: float = 0.0, **more: Any) -> Scene:
-    """The scene with that table [contact]."""
-    return {**scene, "contact": contact(force, radius, **more)}
+    """The scene with this whole table [contact]. radius: m, of a mask; points have none."""
+    mask = {"mask_radius": radius} if force == "pressure-mask" else {}
+    return {**scene, "contact": {"force": force, **mask, **more}}
 
 
 def summary_of(folder: Path) -> dict[str, Any]:

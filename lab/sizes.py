@@ -8,7 +8,7 @@ from typing import Any
 
 from lab import LabError, build, output_of, scenes
 from lab.numbers import Topic, count, error_of, number, table, write_topics
-from lab.scenes import contact, vary
+from lab.scenes import touched
 from lab.target import TARGETS, stacks_of
 
 
@@ -31,18 +31,17 @@ def sizes() -> Topic:
 
 def stacks() -> Topic:
     """Stack of what a board calls, bytes: all in the paper's mode, a step in others."""
-    def mode(force: str, god_object: str, **more: Any) -> dict[str, Any]:
-        return contact(force, 0.012, god_object=god_object, **more)
-    modes = {"the paper's mode": mode("interpolated", "nearest"),
-             "mask, nearest": mode("pressure-mask", "nearest"),
-             "interpolated, least energy": mode("interpolated", "least-energy"),
-             "consistent, least energy": mode("consistent", "least-energy"),
-             "mask, least energy": mode("pressure-mask", "least-energy"),
-             "mask, least energy, friction": mode("pressure-mask", "least-energy", friction=0.5)}
     folder = build() / "modes/stack/tables"
     rows: dict[str, list[Any]] = {}
-    for what, contacts in modes.items():
-        scenes.precompute(vary(scenes.read("cube"), contact=contacts), folder)
+    for what, force, god_object, friction in (
+            ("the paper's mode", "interpolated", "nearest", 0.0),
+            ("mask, nearest", "pressure-mask", "nearest", 0.0),
+            ("interpolated, least energy", "interpolated", "least-energy", 0.0),
+            ("consistent, least energy", "consistent", "least-energy", 0.0),
+            ("mask, least energy", "pressure-mask", "least-energy", 0.0),
+            ("mask, least energy, friction", "pressure-mask", "least-energy", 0.5)):
+        scene = touched(scenes.read("cube"), force, 0.012, god_object=god_object, friction=friction)
+        scenes.precompute(scene, folder)
         for target in TARGETS:
             for entry, stack in stacks_of(folder, target).items():
                 if stack > 0 and (entry == "haptable_step" or what == "the paper's mode"):

@@ -12,7 +12,7 @@ import numpy as np
 from lab import LabError, build, output_of, say, scenes, told
 from lab.error import FORCES
 from lab.numbers import Topic, Topics, count, number, percent, seconds, table, write_topics
-from lab.scenes import Scene, contact, vary
+from lab.scenes import Scene, touched, vary
 
 #: Targets, their names, and parts at the clock that they are sold with.
 TARGETS = {"cortex-m4": "Cortex-M4F", "cortex-m7": "Cortex-M7", "cortex-m33": "Cortex-M33", "rv32": "rv32imafc"}
@@ -91,16 +91,11 @@ def _of_a_millisecond(instructions: int) -> Topic:
     return percent(instructions / MILLISECOND)
 
 
-def with_force(scene: Scene, force: str, radius: float) -> Scene:
-    return {**scene, "contact": {**vary(scene, contact={"mask_radius": None}).get("contact", {}),
-                                 **contact(force, radius)}}
-
-
 def modes() -> Topics:
     def counted(body: str, force: str) -> list[dict[str, Any]]:
         file, radius = BODIES[body]
         folder = build() / f"modes/{body}-{force}"
-        scenes.precompute(with_force(scenes.read(file), force, radius), folder)
+        scenes.precompute(touched(scenes.read(file), force, radius), folder)
         return [{**one, "body": body} for one in count_ticks(folder, "--every-mode")]
     with ThreadPoolExecutor(2) as pool:  # the emulators are other processes
         jobs = [pool.submit(counted, body, force) for force in FORCES for body in BODIES]
@@ -144,7 +139,7 @@ def fingers() -> Topics:
     """Two fingers beside one on a Cortex-M7, the cube's top being touched, on the same strokes."""
     costs, rates = [], []
     for force in FORCES:
-        scene = vary(with_force(scenes.read("cube"), force, 0.012), contact={"fingers": 2},
+        scene = vary(touched(scenes.read("cube"), force, 0.012, fingers=2),
                      touch=[{"box": [-1.0, -1.0, 0.0299, 1.0, 1.0, 1.0]}])
         folder = build() / f"fingers/{force}"
         scenes.precompute(scene, folder)
@@ -208,7 +203,7 @@ def _display(folder: Path, rows: int) -> Change:
 
 def variants(radius: float, folder: Path) -> dict[str, Change]:
     """What a scene names beside mesh, material and what is held. folder: of the plain scene."""
-    mask, half = contact("pressure-mask", radius), {"precision": "float16"}
+    mask, half = {"force": "pressure-mask", "mask_radius": radius}, {"precision": "float16"}
     return {
         "the paper's force, the whole surface": {},
         "one patch touched": _one_patch(folder),

@@ -70,7 +70,6 @@ def test_what_is_no_path_is_an_error(need, build, capfd):
 
 def test_scenes_of_bodies_are_there():
     assert all((ROOT / f"meshes/{file}.toml").exists() for file, _ in target.BODIES.values())
-    assert isinstance(target.with_force(scenes.read("cube"), "consistent", 0.1)["contact"], dict)
 
 
 def test_a_tool_is_counted_in_the_modes_that_it_has(counting, tmp_path):
