@@ -6,36 +6,18 @@ from lab.figure import ROOT
 from lab.numbers import number, read_numbers
 
 
-def derive(rows: list[tuple]) -> dict:
-    """What follows from (body, mesh, force, precision, error, tick, flash, precompute)."""
-    return derived([
-        [body, mesh, "linear", force, "nearest", precision, *(number(v, str(v)) for v in (error, error, *costs))]
-        for body, mesh, force, precision, error, *costs in rows])
-
-
 def test_best_are_fingers_with_a_size_that_none_beats():
-    topics = derive([("cube, nu 0.3", "5 a side", "interpolated", "float32", 0.001, 1e-9, 1, 1),
-                     ("cube, nu 0.3", "5 a side", "pressure-mask", "float32", 0.5, 1e-7, 10, 3),
-                     ("cube, nu 0.3", "9 a side", "pressure-mask", "float32", 0.1, 1e-7, 20, 3),
-                     ("cube, nu 0.3", "9 a side", "sparse solve", "float64", 0.05, 1e-3, 5, 1),
-                     ("mouse", "1,713 nodes", "pressure-mask", "float32", 0.9, 1e-6, 99, 9)])
+    measured = [("cube, nu 0.3", "5 a side", "interpolated", "float32", 0.001, 1e-9, 1, 1),
+                ("cube, nu 0.3", "5 a side", "pressure-mask", "float32", 0.5, 1e-7, 10, 3),
+                ("cube, nu 0.3", "9 a side", "pressure-mask", "float32", 0.1, 1e-7, 20, 3),
+                ("cube, nu 0.3", "9 a side", "sparse solve", "float64", 0.05, 1e-3, 5, 1),
+                ("mouse", "1,713 nodes", "pressure-mask", "float32", 0.9, 1e-6, 99, 9)]
+    topics = derived([
+        [body, mesh, "linear", force, "nearest", precision, *(number(v, str(v)) for v in (error, error, *costs))]
+        for body, mesh, force, precision, error, *costs in measured])
     best = [row[-1] for row in topics["points"]["rows"]]
     assert best == ["", "", "time", "time, flash, precompute", "time, flash, precompute"]
     assert [row[1] for row in topics["front"]["rows"]] == ["9 a side", "9 a side", "1,713 nodes"], "by error"
-
-
-def test_the_order_is_told_where_the_error_falls_and_is_above_the_truths():
-    def mask(mesh: str, error: float) -> tuple:
-        return "cube, nu 0.3", mesh, "pressure-mask", "float32", error, 1.0, 1.0, 1.0
-    topics = derive([mask("5 a side", 0.16), mask("9 a side", 0.04), mask("17 a side", 0.001),
-                     mask("33 a side", -0.01)])
-    assert [row[4]["text"] if row[4] else "" for row in topics["order"]["rows"]] == ["", "2.0", "", ""]
-
-
-def test_the_papers_point_is_ours_in_its_own_time():
-    topics = derive([("mouse", "1,713 nodes", "interpolated", "float32", 0.5, 1.0, 1.0, 1.0)])
-    assert [row[3] for row in topics["points"]["rows"]] == ["interpolated", "the paper, 1998"]
-    assert topics["points"]["rows"][1][8]["text"] == "12 us"
 
 
 def test_what_was_measured_before_gives_the_same_points_front_and_order():
