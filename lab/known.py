@@ -14,7 +14,7 @@ from lab.calculix import Deck, displacements
 from lab.numbers import Topic, error_of, number, percent, table
 from lab.reference import Array, Bricks, Footprint, Mesh, Solid, Tetrahedra, graded, hertz, uniform
 from lab.scenes import Scene, vary
-from lab.specimens import grid, read_vtu, reference, write_tetgen
+from lab.specimens import grid, read_elements, read_vtu, reference, write_tetgen
 
 Rows = Iterator[list[Any]]
 
@@ -129,23 +129,28 @@ def by_columns(folder: Path, forces: Array) -> Array:
     return moved
 
 
-def against_c3d4(scene: Scene, folder: Path) -> tuple[Mesh, Array, float]:
-    """The mesh, the forces, and how far the product's displacements are from CalculiX's."""
+def against_calculix(scene: Scene, folder: Path,
+                     cards: Callable[[Mesh], tuple[str, str]] = lambda _: ("", "")) -> float:
+    """How far the product's displacements are from CalculiX's, on its mesh in `folder`. cards: of the mesh, CalculiX's
+    sections and loads."""
     scenes.precompute(vary(scene, tables={"columns": "all"}, contact=None), folder, "--column-tolerance", "0")
+    x, elements = read_elements(folder / "mesh.vtu")
+    forces, (sections, loads) = pulled_apart(np.load(folder / "node_id.npy"), len(x)), cards(Mesh(x, elements))
+    held = np.setdiff1d(np.arange(len(x)), np.load(folder / "row_id.npy"))
+    deck = Deck(x, elements, held, scene["material"]["young"], scene["material"]["poisson"], sections=sections,
+                loads=loads)
+    ours = by_columns(folder, forces) + (np.load(folder / "sag.npy") if "gravity" in scene else 0.0)
+    return largest_difference(displacements(deck, [forces], folder / "ccx")[0], ours)
+
+
+def against_c3d10(scene: Scene, folder: Path) -> float:
+    """The same of the reference's 10-node tetrahedra, on the mesh of that folder under the same forces."""
     mesh = read_vtu(folder / "mesh.vtu")
-    forces = pulled_apart(np.load(folder / "node_id.npy"), len(mesh.x))
-    body = reference(scene, mesh, quadratic=False)
-    deck = Deck(body.x, body.elements, body.held, **scene["material"])
-    theirs = displacements(deck, [forces], folder / "ccx")[0]
-    return mesh, forces, largest_difference(theirs, by_columns(folder, forces))
-
-
-def against_c3d10(scene: Scene, mesh: Mesh, forces: Array, folder: Path) -> float:
     body = reference(scene, mesh)
-    all_forces = np.vstack([forces, np.zeros((len(body.x) - len(mesh.x), 3))])
+    forces = np.zeros_like(body.x)
+    forces[:len(mesh.x)] = pulled_apart(np.load(folder / "node_id.npy"), len(mesh.x))
     deck = Deck(body.x, body.elements, body.held, **scene["material"])
-    theirs = displacements(deck, [all_forces], folder)[0]
-    return largest_difference(theirs, body.solve(all_forces))
+    return largest_difference(displacements(deck, [forces], folder / "c3d10")[0], body.solve(forces))
 
 
 _SIDE, _LENGTH = 0.01, 0.1
@@ -177,12 +182,11 @@ def _calculix(folder: Path) -> Rows:
         return [what, elements, "displacements of all nodes", f"CalculiX, {answer}", error_of(difference)]
     for name in ("cube", "mouse", "liver"):
         scene = scenes.read(name)
-        mesh, forces, off = against_c3d4(scene, folder / name)
-        yield row(name, "linear", "C3D4", off)
-        yield row(name, c3d10, "C3D10", against_c3d10(scene, mesh, forces, folder / f"{name}-c3d10"))
+        yield row(name, "linear", "C3D4", against_calculix(scene, folder / name))
+        yield row(name, c3d10, "C3D10", against_c3d10(scene, folder / name))
     scene = {"name": "beam", "mesh": {"file": str(write_tetgen(beam(), folder / "beam").resolve())},
              "material": {"young": 1e4, "poisson": 0.3}, "fixed": [{"box": [-1.0, -1.0, -1.0, 1.0, 1.0, 1e-9]}]}
-    yield row("cantilever 1:10", "linear", "C3D4", against_c3d4(scene, folder / "beam-c3d4")[2])
+    yield row("cantilever 1:10", "linear", "C3D4", against_calculix(scene, folder / "beam-c3d4"))
     yield ["cantilever 1:10, deflection of its end", c3d10, "", "Timoshenko", _share(beam_error(scene))]
 
 

@@ -9,29 +9,13 @@ import pytest
 from lab import scenes
 from lab.calculix import Deck, displacements
 from lab.figure import ROOT
-from lab.known import by_columns, largest_difference, pulled_apart
-from lab.reference import Mesh
-from lab.specimens import cube_scene, read_elements
+from lab.known import against_calculix
+from lab.specimens import cube_scene
 
 #: Each component that CalculiX prints is off by 5e-7 of itself at most, and columns.npy is float32.
 PRINTED = 1e-6
 
 pytestmark = pytest.mark.skipif(shutil.which("ccx") is None, reason="no ccx: sh scripts/setup.sh lab")
-
-
-def difference(scene, folder, cards=None):
-    """As a share of the largest displacement. cards: of the mesh, CalculiX's sections and loads."""
-    scenes.precompute({**scene, "tables": {"columns": "all"}}, folder, "--column-tolerance", "0")
-    x, elements = read_elements(folder / "mesh.vtu")
-    forces = pulled_apart(np.load(folder / "node_id.npy"), len(x))
-    sections, loads = cards(Mesh(x, elements)) if cards else ("", "")
-    held = np.setdiff1d(np.arange(len(x)), np.load(folder / "row_id.npy"))
-    deck = Deck(x, elements, held, scene["material"]["young"], scene["material"]["poisson"], sections=sections,
-                loads=loads)
-    ours = by_columns(folder, forces)
-    if "gravity" in scene:
-        ours += np.load(folder / "sag.npy")
-    return largest_difference(displacements(deck, [forces], folder / "ccx")[0], ours)
 
 
 def quadratic(scene, poisson):
@@ -46,11 +30,11 @@ MOUSE = {key: scenes.read(ROOT / "meshes/mouse.toml")[key] for key in ("name", "
 @pytest.mark.parametrize("scene", [CUBE, quadratic(CUBE, 0.0), quadratic(CUBE, 0.16), quadratic(MOUSE, 0.16)],
                          ids=["linear", "quadratic of 0", "quadratic of a sixth", "quadratic mouse"])
 def test_tetrahedra_that_do_not_average_are_calculixs(tmp_path, build, scene):
-    assert difference(scene, tmp_path / "t") < PRINTED
+    assert against_calculix(scene, tmp_path / "t") < PRINTED
 
 
 def test_quadratic_tetrahedra_that_average_above_a_sixth_are_softer(tmp_path, build):
-    assert difference(quadratic(CUBE, 0.49), tmp_path / "t") > 100 * PRINTED
+    assert against_calculix(quadratic(CUBE, 0.49), tmp_path / "t") > 100 * PRINTED
 
 
 # ---- fibres, skin, bed and weight in one body ----------------------------------------------------------------------
@@ -115,8 +99,8 @@ def bed(mesh):
 
 def test_fibres_skin_bed_and_weight_in_one_body(tmp_path, build):
     weight = "*DLOAD\nR0,GRAV,9810.,0.,0.,-1.\nR1,GRAV,9810.,0.,0.,-1.\n"
-    assert difference(whole_scene(), tmp_path / "t",
-                      lambda mesh: (solids(mesh) + skin(mesh) + bed(mesh), weight)) < PRINTED
+    assert against_calculix(whole_scene(), tmp_path / "t",
+                             lambda mesh: (solids(mesh) + skin(mesh) + bed(mesh), weight)) < PRINTED
 
 
 def test_a_deck_that_ccx_cannot_solve_is_an_error(tmp_path):
@@ -133,4 +117,4 @@ def test_curved_tetrahedra_as_their_file_has_them(tmp_path, build):
         pytest.skip("no ../shared/meshes")
     scene = {"name": "ball", "mesh": {"file": str(file), "element": "quadratic"},
              "material": {"young": 1e4, "poisson": 0.16}, "fixed": [{"box": [-1e3, -1e3, -1e3, 1e3, 1e3, -0.4]}]}
-    assert difference(scene, tmp_path / "t") < PRINTED
+    assert against_calculix(scene, tmp_path / "t") < PRINTED
