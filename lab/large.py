@@ -5,15 +5,15 @@ everything built. Each part writes PART.json into build/report."""
 import time
 import timeit
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import tomli_w
 
-from lab import LabError, build, elements, known, large_strain, output_of, own, say, scan, scenes, specimens, stiffening
+from lab import LabError, build, elements, known, large_strain, own, say, scan, scenes, specimens, stiffening
 from lab.cholmod import one_thread
-from lab.numbers import Topic, Topics, count, error_of, number, read_numbers, seconds, table, write_file, write_topics
+from lab.numbers import Topic, Topics, count, error_of, number, read_numbers, seconds, table, write_topics
 from lab.scenes import summary_of, touched, vary
 
 _SCANNED = Path("../shared/meshes/pepper_big.vtu")
@@ -89,59 +89,41 @@ def mask_row(name: str, scene: scenes.Scene, radius: float, folder: Path, rate: 
 
 # ---- parts ---------------------------------------------------------------------------------------------------------
 
-class Runs:
-    """Runs of haptable-precompute into folders below `folder`, one after the other."""
+def _run(folder: Path, name: str, scene: scenes.Scene, columns: str, *options: str, ranks: int = 0) -> tuple[str, Path]:
+    """The run of that name: its folder below `folder`."""
+    say(name)
+    into = folder / name.translate(str.maketrans(" ,:", "---"))
+    scenes.precompute(vary(scene, tables={"columns": columns}), into, *options, ranks=ranks)
+    return name, into
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-        self.done: list[tuple[str, Path]] = []
 
-    def scene(self, scene: scenes.Scene, columns: str) -> Path:
-        """Its file."""
-        file = self.folder / f"{scene['name']}-{columns}.toml"
-        write_file(file, tomli_w.dumps(vary(scene, tables={"columns": columns})))
-        return file
-
-    def cube(self, side: int, columns: str) -> Path:
-        """A cube of 30 mm with so many nodes a side, its base held, touchable everywhere."""
-        return self.scene(vary(specimens.cube_scene(side, 0.3, top=False), name=f"cube-{side}"), columns)
-
-    def run(self, name: str, scene: Path, *options: str, ranks: int = 0) -> None:
-        """`ranks`: of MPI; 0: haptable-precompute without it."""
-        say(name)
-        into = self.folder / name.translate(str.maketrans(" ,:", "---"))
-        program = [str(build() / "bin/haptable-precompute")]
-        if ranks:
-            program = ["env", "OMPI_MCA_rmaps_base_oversubscribe=1", "mpirun", "--allow-run-as-root", "--oversubscribe",
-                       "-n", str(ranks), f"{program[0]}-mpi"]
-        output_of(*program, *options, scene, "-o", into, "--force", "--quiet")
-        self.done.append((name, into))
+def _cube(side: int) -> scenes.Scene:
+    """Of 30 mm with so many nodes a side, its base held, touchable everywhere."""
+    return vary(specimens.cube_scene(side, 0.3, top=False), name=f"cube-{side}")
 
 
 def _large(_: Topics, folder: Path) -> Topics:
-    runs = Runs(folder)
-    runs.run("mouse", Path("meshes/mouse.toml"))
-    cube = runs.cube(30, "surface")
-    runs.run("cube of 30 a side, one thread", cube, "--threads", "1")
-    runs.run("two threads", cube, "--threads", "2")
-    runs.run("columns in double", cube, "--threads", "2", "--column-tolerance", "0")
-    runs.run("cube of 63 a side, tolerance 1e-3", runs.cube(63, "none"), "--tolerance", "1e-3")
+    run = partial(_run, folder)
+    runs = [run("mouse", scenes.read("mouse"), "surface"),
+            run("cube of 30 a side, one thread", _cube(30), "surface", "--threads", "1"),
+            run("two threads", _cube(30), "surface", "--threads", "2"),
+            run("columns in double", _cube(30), "surface", "--threads", "2", "--column-tolerance", "0"),
+            run("cube of 63 a side, tolerance 1e-3", _cube(63), "none", "--tolerance", "1e-3")]
     if _SCANNED.exists():
         pepper = {**specimens.cube_scene(2, 0.3, top=False), "name": "pepper",
                   "mesh": {"file": str(_SCANNED.resolve()), "scale": 0.001},
                   "fixed": [{"box": [-1.0, -1.0, -1.0, 1.0, 1.0, -0.02]}]}
-        runs.run("pepper, tolerance 1e-3", runs.scene(pepper, "none"), "--tolerance", "1e-3")
-    return {"precompute-runs": runs_table(runs.done)}
+        runs.append(run("pepper, tolerance 1e-3", pepper, "none", "--tolerance", "1e-3"))
+    return {"precompute-runs": runs_table(runs)}
 
 
 def _scale(_: Topics, folder: Path) -> Topics:
-    runs = Runs(folder)
+    runs, run = [], partial(_run, folder)
     for side in (12, 20, 25, 30):
-        scene = runs.cube(side, "none" if side > 20 else "surface")
-        runs.run(f"cube of {side} a side: one machine", scene, "--threads", "1", "--column-tolerance", "0")
-        for ranks in (1, 2, 4):
-            runs.run(f"{side} a side, ranks: {ranks}", scene, ranks=ranks)
-    return {"scale-runs": runs_table(runs.done)}
+        what = _cube(side), "none" if side > 20 else "surface"
+        runs.append(run(f"cube of {side} a side: one machine", *what, "--threads", "1", "--column-tolerance", "0"))
+        runs += [run(f"{side} a side, ranks: {ranks}", *what, ranks=ranks) for ranks in (1, 2, 4)]
+    return {"scale-runs": runs_table(runs)}
 
 
 def _masks(_: Topics, folder: Path) -> Topics:

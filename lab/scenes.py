@@ -47,13 +47,17 @@ def summary_of(folder: Path) -> dict[str, Any]:
     return json.loads((folder / "summary.json").read_text(encoding="utf-8"))
 
 
-def precompute(scene: Scene, folder: Path, *options: str) -> dict[str, Any]:
-    """Tables of the scene in `folder`, made anew; its summary. The scene's file stands beside it. Raises LabError with
-    what the program says."""
+def precompute(scene: Scene, folder: Path, *options: str, ranks: int = 0) -> dict[str, Any]:
+    """Tables of the scene in `folder`, made anew; its summary. The scene's file stands beside it. ranks: of MPI; 0:
+    without it. Raises LabError with what the program says."""
     file = folder.with_suffix(".toml")
     write_file(file, tomli_w.dumps(scene))
-    ended = subprocess.run([build() / "bin/haptable-precompute", file, "-o", folder, "--force", "--quiet", *options],
-                           stderr=subprocess.PIPE, text=True, check=False)
+    program = [str(build() / "bin/haptable-precompute")]
+    if ranks:
+        program = ["env", "OMPI_MCA_rmaps_base_oversubscribe=1", "mpirun", "--allow-run-as-root", "--oversubscribe",
+                   "-n", str(ranks), f"{program[0]}-mpi"]
+    ended = subprocess.run([*program, file, "-o", folder, "--force", "--quiet", *options], stderr=subprocess.PIPE,
+                           text=True, check=False)
     if ended.returncode != 0:
         raise LabError(f"{ended.stderr.strip()} (haptable-precompute ended with status {ended.returncode})")
     return summary_of(folder)
