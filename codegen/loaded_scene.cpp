@@ -45,6 +45,12 @@ SceneFiles read_scene_files(const TablesFolder& folder) {
             read_tool(folder)};
 }
 
+SceneFiles read_unlimited(const TablesFolder& folder) {
+    SceneFiles files = read_scene_files(folder);
+    files.tables.limits = {};
+    return files;
+}
+
 LoadedScene::LoadedScene(const TablesFolder& folder) : LoadedScene(read_scene_files(folder)) {
     require_tables_hash(folder.tables_hash());
 }

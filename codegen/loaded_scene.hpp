@@ -30,6 +30,9 @@ struct SceneFiles {
 /// Throws Error that names the file: missing, damaged, not what was written, or not fitting the others.
 SceneFiles read_scene_files(const TablesFolder& folder);
 
+/// The same without the device's limits: the body's own force, however a finger jumps.
+SceneFiles read_unlimited(const TablesFolder& folder);
+
 /// The servo's tables of a scene. const once it is made; any number of servos may read it.
 class LoadedScene {
 public:

@@ -47,7 +47,7 @@ std::vector<NodalForce> three_loads(const Tables& tables, std::size_t patch) {
 struct Case {
     Case(const Scene& scene, const fs::path& build)
         : name(scene.name),
-          subject(unlimited(build / name)),
+          subject(read_unlimited(build / name)),
           body(make_body(scene, make_mesh(scene.mesh))),
           factor(assemble_free(scene, body)),
           deformation(subject.tables(), subject.folder()),

@@ -36,12 +36,6 @@ double height(const Tables& tables, double x, double y) {
 
 }  // namespace
 
-SceneFiles unlimited(const TablesFolder& folder) {
-    SceneFiles files = read_scene_files(folder);
-    files.tables.limits = {};
-    return files;
-}
-
 FingerPath circle(const Tables& tables, double depth_m, std::size_t ticks) {
     Eigen::AlignedBox3d box;
     for (const auto& patch : tables.patch)

@@ -11,10 +11,6 @@ namespace haptable {
 
 using FingerPath = std::vector<std::array<float, 3>>;  ///< [ticks] positions, m
 
-/// Of a folder that precompute has made. What is measured is the body's force, not what keeps a hand safe: a finger
-/// jumps here.
-SceneFiles unlimited(const TablesFolder& folder);
-
 /// A closed circle over the upper side, `ticks` positions `depth_m` under the surface (above it where negative).
 /// A finger that begins above it and then follows it, over and over, stays in contact.
 FingerPath circle(const Tables& tables, double depth_m, std::size_t ticks);

@@ -34,13 +34,6 @@ struct Options {
     bool every_mode = false, two = false, link = false;
 };
 
-/// The scene without the device's limits: the body's own force, at any jump.
-SceneFiles unlimited(const fs::path& folder) {
-    SceneFiles files = read_scene_files(TablesFolder(folder));
-    files.tables.limits = {};
-    return files;
-}
-
 TargetImage image_of(const fs::path& build, const std::string& scene, const std::string& target) {
     TargetImage image(build, scene, target);
     if (const std::string missing = image.missing(); !missing.empty()) throw Error(missing);
@@ -64,42 +57,39 @@ ordered_json to_json(const TickCounts& counts) {
     return json;
 }
 
-/// Of fingers that have `size` coordinates, jumping from stroke to stroke.
-template <std::size_t size>
-TargetPath<size> jumping_path(const Tables& tables) {
-    auto stroke_m = stroke_path(tables, kStrokes);
-    if constexpr (size == 6)
-        return of_two(stroke_m, kStrokes);
-    else
-        return stroke_m;
+/// What `with` tells of the path of a scene's one finger or two, which jumps from stroke to stroke.
+template <typename With>
+ordered_json on_jumping_path(const LoadedScene& scene, const With& with) {
+    const auto stroke_m = stroke_path(scene.tables(), kStrokes);
+    return scene.coupling() != nullptr ? with(of_two(stroke_m, kStrokes)) : with(stroke_m);
 }
 
 /// What one scene's ticks take on every target: with its limits, by its own image; without, along a path that jumps;
 /// and which of the sliding ones are the median and the worst.
-template <std::size_t size>
 ordered_json counts_of(const fs::path& folder) {
-    const Tables tables = read_tables(folder);
-    const auto jumping_m = jumping_path<size>(tables), path_m = walked(jumping_m);
-    const LoadedScene scene(unlimited(folder));
+    const LoadedScene scene(read_unlimited(folder));
     const TargetScene measured{scene.model(), scene.pair(), scene.body(), scene.servo_modes()};
-    ordered_json json{{"name", tables.name}};
-    for (const char* target : kTargets) {
-        const TargetImage image = own_image(folder, target), measuring(folder.parent_path(), "cube", target);
-        const TickCounts limited = count_ticks(path_m, image.replay(path_m));
-        json["targets"][target] = {
-            {"limited", to_json(limited)},
-            {"unlimited", to_json(count_ticks(jumping_m, measuring.measure(measured, jumping_m)))},
-            {"sliding_at", limited.sliding_at}};
-    }
-    return json;
+    return on_jumping_path(scene, [&](const auto& jumping_m) {
+        ordered_json json{{"name", scene.tables().name}};
+        for (const char* target : kTargets) {
+            const auto path_m = walked(jumping_m);
+            const TargetImage image = own_image(folder, target), measuring(folder.parent_path(), "cube", target);
+            const TickCounts limited = count_ticks(path_m, image.replay(path_m));
+            json["targets"][target] = {
+                {"limited", to_json(limited)},
+                {"unlimited", to_json(count_ticks(jumping_m, measuring.measure(measured, jumping_m)))},
+                {"sliding_at", limited.sliding_at}};
+        }
+        return json;
+    });
 }
 
 /// The addresses of the instructions of a tick of that path, with its limits.
-template <std::size_t size>
 ordered_json trace(const Options& o) {
-    const fs::path& folder = o.folders.front();
-    return own_image(folder, o.targets.front())
-        .trace(walked(jumping_path<size>(read_tables(folder))), static_cast<std::size_t>(o.trace));
+    const TargetImage image = own_image(o.folders.front(), o.targets.front());
+    return on_jumping_path(LoadedScene(TablesFolder(o.folders.front())), [&](const auto& jumping_m) -> ordered_json {
+        return image.trace(walked(jumping_m), static_cast<std::size_t>(o.trace));
+    });
 }
 
 // ---- every tick -----------------------------------------------------------------------------------------------------
@@ -121,7 +111,7 @@ Mode own_mode(const Tables& tables) {
 
 /// The scene as one finger, two or its tool meet it on strokes, by the image that reads any scene.
 ordered_json count_strokes(const Options& o) {
-    const LoadedScene scene(unlimited(o.folders.front()));
+    const LoadedScene scene(read_unlimited(o.folders.front()));
     const Tables& tables = scene.tables();
     const std::uint64_t fan = most_patches_around_a_vertex(scene.model());
     const auto path_m =
@@ -175,11 +165,10 @@ ordered_json replay(const Options& o, const TargetPath<size>& path_m) {
 }
 
 ordered_json count(const Options& o) {
-    if (o.trace >= 0) return read_pair(o.folders.front()) ? trace<6>(o) : trace<3>(o);
+    if (o.trace >= 0) return trace(o);
     if (o.path.empty()) {
         ordered_json all = ordered_json::array();
-        for (const fs::path& folder : o.folders)
-            all.push_back(read_pair(folder) ? counts_of<6>(folder) : counts_of<3>(folder));
+        for (const fs::path& folder : o.folders) all.push_back(counts_of(folder));
         return all;
     }
     if (o.path == "tip") return replay(o, tip_path());

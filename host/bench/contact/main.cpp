@@ -258,7 +258,7 @@ int main(int argc, char** argv) {
     return run_program(app, argc, argv, [&] {
         Subjects subjects;
         for (const std::filesystem::path& folder : folders) {
-            auto subject = std::make_unique<LoadedScene>(unlimited(folder));
+            auto subject = std::make_unique<LoadedScene>(read_unlimited(folder));
             subjects[subject->tables().force] = std::move(subject);
         }
         if (folders.size() != 3 || subjects.size() != 3) throw Error("DIR: give three folders, one of each force");

@@ -28,7 +28,7 @@ struct Timed {
 
 /// The servo in every precision and with every god-object.
 void add(const fs::path& folder, double depth_m, std::vector<Timed>& to) {
-    const SceneFiles files = unlimited(folder);
+    const SceneFiles files = read_unlimited(folder);
     for (const Storage storage : every<Storage>())
         for (const GodObject god_object : every<GodObject>()) {
             SceneFiles chosen = files;
