@@ -21,6 +21,7 @@ from lab.browser import touch_picture
 from lab.figure import Figure
 from lab.numbers import read_numbers
 from lab.plots import force_size
+from lab.scenes import summary_of
 
 Places = list[tuple[float, ...]]  #: (ms, coordinates in mm ...)
 
@@ -100,7 +101,7 @@ class Studio:
 
 def counts(tables: Path, section: str, key: str, least: float) -> None:
     """Raises LabError where the tables' summary.json has less of `key`."""
-    number = json.loads((tables / "summary.json").read_text(encoding="utf-8"))[section][key]
+    number = summary_of(tables)[section][key]
     if number < least:
         raise LabError(f"{tables}/summary.json: {key} is to be {least:g} or more, and is {number}")
 

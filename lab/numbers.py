@@ -71,7 +71,7 @@ def texts(topic: Topic) -> list[list[str]]:
 
 
 def machine() -> str:
-    """As base/machine.cpp tells it: processors and their name."""
+    """Processors and their name."""
     model = re.search(r"^model name\s*:\s*(.*)$", Path("/proc/cpuinfo").read_text(), re.M)
     return f"{os.cpu_count()} x {model[1] if model else 'processor'}"
 
