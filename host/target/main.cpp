@@ -60,8 +60,11 @@ ordered_json to_json(const TickCounts& counts) {
 /// What `with` tells of the path of a scene's one finger or two, which jumps from stroke to stroke.
 template <typename With>
 ordered_json on_jumping_path(const LoadedScene& scene, const With& with) {
+    const ServoPair* coupling = scene.coupling();
+    if (scene.tool() != nullptr || (coupling != nullptr && coupling->finger_count > HAPTABLE_FINGERS))
+        throw Error(scene.folder().text() + ": its scene has a tool, or three fingers and more: give --path strokes");
     const auto stroke_m = stroke_path(scene.tables(), kStrokes);
-    return scene.coupling() != nullptr ? with(of_two(stroke_m, kStrokes)) : with(stroke_m);
+    return coupling != nullptr ? with(of_two(stroke_m, kStrokes)) : with(stroke_m);
 }
 
 /// What one scene's ticks take on every target: with its limits, by its own image; without, along a path that jumps;

@@ -5,7 +5,7 @@ import shutil
 
 import pytest
 
-from lab import LabError, scenes, target
+from lab import LabError, scenes, target, told
 from lab.figure import ROOT
 from lab.target import Ticks, in_time, parts_in_time
 
@@ -72,7 +72,7 @@ def test_scenes_of_bodies_are_there():
     assert all((ROOT / f"meshes/{file}.toml").exists() for file, _ in target.BODIES.values())
 
 
-def test_a_tool_is_counted_in_the_modes_that_it_has(counting, tmp_path):
+def test_a_tool_is_counted_in_the_modes_that_it_has(counting, tmp_path, capfd):
     scene = scenes.vary(target.plain_scene("cube"), **target.OF_ANY_MESH["`[tool]`, four points, consistent"])
     scenes.precompute(scene, tmp_path / "t")
     modes = target.count_ticks(tmp_path / "t", "--target", "cortex-m7", "--strokes", "10", "--every-mode",
@@ -82,3 +82,6 @@ def test_a_tool_is_counted_in_the_modes_that_it_has(counting, tmp_path):
     for mode in modes:
         assert any(state == [2] for state in mode["states"]), mode["mode"]
         assert max(mode["instructions"]) < mode["bound"]
+    with pytest.raises(LabError):
+        told("haptable-count", tmp_path / "t")
+    assert "its scene has a tool, or three fingers and more: give --path" in capfd.readouterr().err
