@@ -338,9 +338,11 @@ static int add(const struct haptable_points_model* of, void* state, int takes_al
     return added;
 }
 
-/* Of a contact that begins where the others have raised the surface, and of one that gave no force. */
-static void put_raised(const struct haptable_points_model* of, void* state) {
+/* Of a contact that begins where the others have raised the surface, and of one that gives no force. Returns how many
+ * of these they raise less than before. With settle a tick goes by the loads of the last one: E only falls. */
+static int put_raised(const struct haptable_points_model* of, void* state) {
     const struct haptable_servo* servo = haptable_points_servos(of, state);
+    int fallen = 0;
     for (uint32_t i = 0; i < of->count; ++i) {
         struct haptable_point* at = &haptable_points_in(of, state)[i];
         const int is_new = at->is_inside && at->met != servo[i].counters.contacts;
@@ -348,9 +350,12 @@ static void put_raised(const struct haptable_points_model* of, void* state) {
         if (!at->is_inside || (!is_new && (at->presses || !(at->raised_m > 0.0f)))) continue;
         haptable_points_lowered(of, state, i, moved_m);
         const float raised_m = vec_dot(moved_m, at->normal);
-        if (is_new || raised_m < at->raised_m) at->raised_m = raised_m > 0.0f ? raised_m : 0.0f;
         at->met = servo[i].counters.contacts;
+        if (!is_new && !(raised_m < at->raised_m)) continue;
+        at->raised_m = raised_m > 0.0f ? raised_m : 0.0f;
+        ++fallen;
     }
+    return fallen;
 }
 
 float haptable_point_depth(const struct haptable_points_model* of, void* state, uint32_t i) {
@@ -383,7 +388,7 @@ int haptable_points_solve(const struct haptable_points_model* of, void* state, i
     int goes_on = 1;
     assemble(of, state);
     couple(of, state);
-    put_raised(of, state);
+    (void)put_raised(of, state);
     for (int set = 0; goes_on && set < most_sets; ++set) {
         put_loads(of, state);
         if (!has_loads(of, state)) {
@@ -394,7 +399,10 @@ int haptable_points_solve(const struct haptable_points_model* of, void* state, i
             put_energy(of, state);
             all->paid_j = all->energy_j;
         }
-        goes_on = drop(of, state) || (set < most_sets / 2 && add(of, state, all->count == 0));
+        goes_on = drop(of, state);
+        if (goes_on || set >= most_sets / 2) continue;
+        goes_on = add(of, state, all->count == 0);
+        if (!goes_on && !of->settle) goes_on = put_raised(of, state) && add(of, state, 0);
     }
     put_energy(of, state);
     return !goes_on;

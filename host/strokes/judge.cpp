@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <utility>
 
 namespace haptable {
 
@@ -25,6 +26,8 @@ constexpr double kDeep = 0.01;
 constexpr int kDeepTicks = 3;
 // What a limit left open, which is counted, is decided within these ticks, or the contact is given up.
 constexpr int kLimitTicks = 20;
+// A search for who presses adds nobody after so many factorisations.
+constexpr int kSets = HAPTABLE_POINTS_SETS / 2;
 constexpr double kLaw = 1e-4;
 // Roundings of a float of size 1 that a god-object's coordinates, and their difference to the finger, may have.
 constexpr double kRoundings = 8.0 * 0x1p-24;
@@ -393,7 +396,12 @@ private:
         double slack =
             2.0 * static_cast<double>(model_.release_n) + kLaw * (now_.felt.force_n.norm() + last_.felt.force_n.norm());
         if (change_n().norm() <= slack) return;
-        if (now_.contact) slack += 2.0 * now_.largest_tangent() * eigenvalues(now_.s)[2] * (way_m + rounding_m_);
+        if (now_.contact) {
+            double stiffest = eigenvalues(now_.s)[2];  // a god-object may slide far from where its contact began
+            for (const Solid::Entry& entry : entries_of_contact())
+                stiffest = std::max(stiffest, eigenvalues(spring_at(entry))[2]);
+            slack += 2.0 * now_.largest_tangent() * stiffest * (way_m + rounding_m_);
+        }
         const Vector3d w = way_m > 0.0 ? Vector3d(motion_m() / way_m) : Vector3d(Vector3d::Zero());
         const double along = std::min(0.0, change_n().dot(w)), brakes = std::max(0.0, -now_.law_n.dot(w));
         const double pushed = std::max(0.0, last_.law_n.dot(w)) + std::max(0.0, last_.released_n().dot(w));
@@ -405,16 +413,21 @@ private:
 
     // ---- energy ----
 
-    /// What the finger did on a spring at the place where it came through the surface to a new contact.
-    double work_of_entry() {
-        if (!now_.contact || (last_.contact && now_.counters.contacts == last_.counters.contacts)) return 0.0;
+    /// Where the finger came through the surface to a new contact.
+    std::vector<Solid::Entry> entries_of_contact() {
+        if (!now_.contact || (last_.contact && now_.counters.contacts == last_.counters.contacts)) return {};
         // A motion may begin within the tolerance behind the surface, and go along it there.
         const Vector3d from = last_.x - clear_m() * motion_m().normalized();
         std::vector<Solid::Entry> entries = touched_.on.solid.entries(from, now_.x, clear_m());
         if (entries.empty() && !where_.is_beyond(last_.x, clear_m()))
             entries.push_back(touched_.on.solid.nearest(last_.x));
+        return entries;
+    }
+
+    /// What the finger did on a spring there.
+    double work_of_entry() {
         double most = 0.0;
-        for (const Solid::Entry& entry : entries)
+        for (const Solid::Entry& entry : entries_of_contact())
             most = std::max(most, 0.5 * (now_.x - entry.point_m).dot(spring_at(entry) * (now_.x - entry.point_m)));
         return touched_.on.law.curve().stored(most);
     }
@@ -614,7 +627,8 @@ private:
         if (touched_.body() != nullptr) tick_.after = motion_of(*scene_.body(), rigid_);
         for (std::size_t f = 0; f < finger_.size(); ++f)
             touched_.tool() != nullptr ? finger_[f].take() : finger_[f].take(hands_.in[f], hands_.out[f]);
-        tick_.has_limit = std::ranges::any_of(finger_, &FingerTrial::has_limit);
+        const bool was_sought = std::exchange(is_sought_, touched_.has_points() && scene_.points().sets > kSets);
+        tick_.has_limit = was_sought || is_sought_ || std::ranges::any_of(finger_, &FingerTrial::has_limit);
     }
 
     void check() {
@@ -753,6 +767,7 @@ private:
     Pressing last_;    ///< in the last tick
     Account account_;  ///< of all points
     int unfelt_ticks_ = 0;
+    bool is_sought_ = false;  ///< who presses: the next tick goes on
     FingerPositions at_{};
 };
 

@@ -7,6 +7,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <random>
 #include <vector>
 
 #include "host/target/image.hpp"
@@ -41,6 +42,7 @@ public:
     void to(const std::vector<haptable_input>& in) { state().step(in.data(), time_us += HAPTABLE_TICK_US, out.data()); }
     Vector3d force(std::size_t i) const { return to_vector(out[i].force_n); }
     const haptable_pair_model& pair() const { return pair_model_; }
+    int sets() { return state().points().sets; }
 
     std::vector<haptable_output> out;
 
@@ -88,6 +90,32 @@ TEST(Hands, FingersThatAreSwappedFeelTheSame) {
         const double walked = god_object == GodObject::kLeastEnergy ? 4 * 0x1p-20 * 0.05 / 2.5e-3 : 0.0;
         EXPECT_LT(worst, (64 * 100 * kFloat + walked) * largest) << god_object;
         EXPECT_GT(largest, 0.01);
+    }
+}
+
+// Also where one lets go, and the surface that it had raised under another falls on that one. Where many leap at once,
+// who presses may be found in the next tick.
+TEST(Hands, ThoseThatRestFeelTheSameInEveryTick) {
+    for (const std::size_t count : {3U, 8U}) {
+        Hands hands(coupled_cube(ForceLaw::kPressureMask), count);
+        std::mt19937 random(1);
+        std::uniform_real_distribution<double> depth_m(-0.001, 0.006);
+        int raised = 0, late = 0;
+        for (int leap = 0; leap < 400; ++leap) {
+            std::vector<Vector3d> x;
+            for (std::size_t i = 0; i < count; ++i) x.push_back(around(count, depth_m(random), 0.3)[i]);
+            hands.to(x);
+            for (int more = 0; more < 3 && hands.sets() > HAPTABLE_POINTS_SETS / 2; ++more, ++late) hands.to(x);
+            const std::vector<haptable_output> before = hands.out;
+            hands.to(x);
+            for (std::size_t i = 0; i < count; ++i) {
+                raised += hands.point(i).raised_m > 0.0F ? 1 : 0;
+                EXPECT_LE((hands.force(i) - to_vector(before[i].force_n)).norm(), 64 * kFloat * hands.force(i).norm())
+                    << count << " fingers, leap " << leap << ", finger " << i;
+            }
+        }
+        EXPECT_GT(raised, 0);
+        EXPECT_LE(late, 400 / 5);
     }
 }
 
