@@ -33,14 +33,6 @@ const SoftPair& soft_pair() {
 /// Two sides of the top, and how deep.
 Vector3d place(std::size_t finger, double depth_m) { return {finger == 0 ? 0.0102 : 0.0197, 0.0143, 0.03 - depth_m}; }
 
-/// A servo at the other end of a line.
-struct Behind {
-    explicit Behind(const ServoScene& scene) : line(pipes.line(), scene), target(scene, pipes) {}
-    Pipes pipes;
-    SerialTarget line;
-    FakeTarget<Pipes> target;
-};
-
 /// A session whose ticks are computed in this process, or behind a line. Real time stands still but where a test lets
 /// it go on.
 class SessionOfTwo : public testing::Test {

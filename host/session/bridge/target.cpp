@@ -17,6 +17,7 @@ haptable_body_state body_of(const haptable_body_pose& pose) {
     return body;
 }
 
+bool has_tool(const TargetHello& hello) { return (hello.flags & HAPTABLE_LINE_TOOL) != 0; }
 bool has_hands(const TargetHello& hello) { return hello.fingers > HAPTABLE_FINGERS; }
 
 /// Bytes of the longest answer.
@@ -47,42 +48,41 @@ void SerialTarget::ask() {
 
 void SerialTarget::send(std::uint32_t sequence, const TargetState& state) {
     std::array<std::uint8_t, HAPTABLE_HANDS_LINE_STATE_BYTES> bytes{};
-    line_.write(std::span(bytes.data(), write(sequence, state, bytes.data())));
+    line_.write(std::span(bytes.data(), write_state(expected_, sequence, state, bytes.data())));
 }
 
-/// The frame that the scene's servo takes.
-std::uint32_t SerialTarget::write(std::uint32_t sequence, const TargetState& state, std::uint8_t* bytes) const {
-    if (scene_.tool != nullptr) {
+std::uint32_t write_state(const TargetHello& scene, std::uint32_t sequence, const TargetState& state,
+                          std::uint8_t bytes[HAPTABLE_HANDS_LINE_STATE_BYTES]) {
+    if (has_tool(scene)) {
         haptable_tool_line_state tool{state.time_us, state.begins, {state.in[0], {}}};
         std::copy_n(state.turn.begin(), 4, tool.in.turn);
         return haptable_tool_line_write_state(sequence, &tool, bytes);
     }
-    if (has_hands(expected_)) {
+    if (has_hands(scene)) {
         haptable_hands_line_state hands{state.time_us, state.begins, {}};
         std::copy_n(state.in.begin(), HAPTABLE_HANDS, hands.in);
-        return haptable_hands_line_write_state(sequence, &expected_, &hands, bytes);
+        return haptable_hands_line_write_state(sequence, &scene, &hands, bytes);
     }
     haptable_line_state fingers{state.time_us, state.begins, {}};
     std::copy_n(state.in.begin(), HAPTABLE_FINGERS, fingers.in);
-    return haptable_line_write_state(sequence, &expected_, fingers, bytes);
+    return haptable_line_write_state(sequence, &scene, fingers, bytes);
 }
 
-/// False: the frame is no answer of such a scene.
-bool SerialTarget::take_answer(const haptable_line_frame& frame, TargetAnswer& answer) const {
+bool take_answer(const haptable_line_frame& frame, const TargetHello& scene, TargetAnswer& answer) {
     answer.sequence = frame.sequence;
-    if (scene_.tool != nullptr) {
+    if (has_tool(scene)) {
         if (haptable_tool_line_take_answer(&frame, &answer.tool) == 0) return false;
         answer.output[0] = answer.tool.out.hand;
         return true;
     }
-    if (has_hands(expected_)) {
+    if (has_hands(scene)) {
         haptable_hands_line_answer hands{};
-        if (haptable_hands_line_take_answer(&frame, &expected_, &hands) == 0) return false;
+        if (haptable_hands_line_take_answer(&frame, &scene, &hands) == 0) return false;
         std::copy_n(hands.out, HAPTABLE_HANDS, answer.output.begin());
         return true;
     }
     haptable_line_answer said{};
-    if (haptable_line_take_answer(&frame, &expected_, &said) == 0) return false;
+    if (haptable_line_take_answer(&frame, &scene, &said) == 0) return false;
     std::copy_n(said.out, HAPTABLE_FINGERS, answer.output.begin());
     answer.body = body_of(said.pose);
     std::copy_n(said.q, HAPTABLE_MODES, answer.modes.q);
@@ -101,7 +101,7 @@ std::optional<std::variant<TargetHello, TargetAnswer>> SerialTarget::take() {
         TargetAnswer answer;
         if (haptable_line_read(&reader_, buffer_[begin_++], &whole) == 0) continue;
         if (haptable_line_take_hello(&whole, &hello) != 0) return hello;
-        if (take_answer(whole, answer)) return answer;
+        if (take_answer(whole, expected_, answer)) return answer;
         ++foreign_frames_;
     }
 }

@@ -35,6 +35,12 @@ struct TargetAnswer {
     haptable_tool_line_answer tool{};                ///< its hand is the first of `output`, too
 };
 
+/// Bytes of the frame that a target of the scene takes.
+std::uint32_t write_state(const TargetHello& scene, std::uint32_t sequence, const TargetState& state,
+                          std::uint8_t bytes[HAPTABLE_HANDS_LINE_STATE_BYTES]);
+/// False: the frame is no answer of such a scene.
+bool take_answer(const haptable_line_frame& frame, const TargetHello& scene, TargetAnswer& answer);
+
 class SerialTarget {
 public:
     /// scene: what the target is to run.
@@ -56,9 +62,6 @@ public:
     std::uint64_t foreign_frames() const { return foreign_frames_; }       ///< whole ones of another kind
 
 private:
-    std::uint32_t write(std::uint32_t sequence, const TargetState& state, std::uint8_t* bytes) const;
-    bool take_answer(const haptable_line_frame& frame, TargetAnswer& answer) const;
-
     Line line_;
     ServoScene scene_;
     TargetHello expected_{};

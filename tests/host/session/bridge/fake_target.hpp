@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The other end of a line: two named pipes or a pty, and a servo that answers frames as firmware/port/loop.c does.
+// The other end of a line: two named pipes or a pty, and a servo that answers frames.
 #pragma once
 
 #include <fcntl.h>
@@ -7,13 +7,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <array>
 #include <cstdlib>
 
 #include "host/link/line.hpp"
-#include "host/session/scene.hpp"
 #include "tests/loop/helpers.hpp"
-#include "tests/loop/line_bytes.hpp"
+#include "tests/loop/line_end.hpp"
 
 namespace haptable::test {
 
@@ -95,56 +93,41 @@ private:
 
 /// A scene behind Pipes or a Pty, as firmware/port/loop.c has it.
 template <typename Line>
-class FakeTarget {
+class FakeTarget : public LineEnd {
 public:
     /// Says hello.
-    FakeTarget(const ServoScene& scene, const Line& line) : line_(line), state_(state_of(scene)) {
-        state_.check(HAPTABLE_CHECK_ALL);
-        haptable_line_reader_init(room_.data(), HAPTABLE_LINE_ANSWER_BYTES, &reader_);
-        haptable_line_describe(&state_.scene(), &hello);
-        std::uint32_t count = 0;
-        const std::uint8_t* bytes = haptable_line_begin(&state_.scene(), &end_, &count);
-        line_.put(Bytes(bytes, bytes + count));
-    }
+    FakeTarget(const ServoScene& scene, const Line& line) : LineEnd(scene), line_(line) { line_.put(begun); }
 
-    /// Takes what has come and answers it. How many states it has answered.
+    /// Takes what has come and answers it; is_lost: not so that anyone hears it. How many states it has answered.
     int answer(bool is_lost = false) {
         int states = 0;
         for (const std::uint8_t byte : line_.take()) {
-            std::uint32_t count = 0;
-            const std::uint8_t* bytes = haptable_line(&state_.scene(), &state_.servo(0), &end_, byte, &count);
-            if (count == 0) continue;
-            Bytes said(bytes, bytes + count);
-            if (hear(said)) ++states;
+            Bytes bytes = put(byte);
+            const auto frames = LineEar().hear(bytes);
+            if (frames.empty()) continue;
+            if (take_answer(frames[0].frame, hello, said)) ++states;
             if (is_lost) continue;
-            if (damages > 0 && --damages >= 0) said[said.size() / 2] ^= 1;
-            line_.put(said);
+            if (damages > 0 && --damages >= 0) bytes[bytes.size() / 2] ^= 1;
+            line_.put(bytes);
         }
         return states;
     }
 
-    haptable_line_hello hello{};  ///< what it says of itself
-    int damages = 0;              ///< so many answers are to be damaged on their way
-    /// The last answer.
-    const haptable_line_answer& said() const { return said_; }
-    const haptable_output& output(std::size_t finger = 0) const { return said_.out[finger]; }
-    const haptable_counters& counters(std::size_t finger = 0) const { return state_.servo(finger).counters; }
+    TargetAnswer said;  ///< last
+    int damages = 0;    ///< so many answers are to be damaged on their way
+    const haptable_output& output(std::size_t finger = 0) const { return said.output[finger]; }
+    const haptable_counters& counters(std::size_t finger = 0) const { return state.servo(finger).counters; }
 
 private:
-    /// Whether it is a tick's.
-    bool hear(const Bytes& bytes) {
-        haptable_line_frame frame{};
-        int whole = 0;
-        for (const std::uint8_t byte : bytes) whole += haptable_line_read(&reader_, byte, &frame);
-        return whole == 1 && haptable_line_take_answer(&frame, &hello, &said_) != 0;
-    }
-
     const Line& line_;
-    SceneState state_;
-    haptable_line_end end_{};
-    std::array<std::uint8_t, HAPTABLE_LINE_ANSWER_BYTES> room_{};
-    haptable_line_reader reader_{};
-    haptable_line_answer said_{};
+};
+
+/// A scene at the other end of two pipes.
+struct Behind {
+    explicit Behind(const ServoScene& scene) : line(pipes.line(), scene), target(scene, pipes) {}
+    Pipes pipes;
+    SerialTarget line;
+    FakeTarget<Pipes> target;
 };
 
 }  // namespace haptable::test
