@@ -4,16 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <memory>
-#include <optional>
 
 #include "host/run/timeline.hpp"
-#include "host/session/bridge/line_stepper.hpp"
 #include "tests/error_of.hpp"
 #include "tests/finger.hpp"
-#include "tests/host/session/bridge/fake_target.hpp"
+#include "tests/loop/asked_session.hpp"
 #include "tests/loop/recorded_loop.hpp"
-#include "tests/loop/soft_pair.hpp"
 #include "tests/moving_body.hpp"
 #include "tests/tolerance.hpp"
 
@@ -23,68 +19,12 @@ namespace {
 using Eigen::Vector3d;
 using std::chrono::milliseconds;
 
-constexpr std::size_t kTwo = 2;
-
-const SoftPair& soft_pair() {
-    static const SoftPair pair;
-    return pair;
-}
-
-/// Two sides of the top, and how deep.
-Vector3d place(std::size_t finger, double depth_m) { return {finger == 0 ? 0.0102 : 0.0197, 0.0143, 0.03 - depth_m}; }
-
-/// A session whose ticks are computed in this process, or behind a line. Real time stands still but where a test lets
-/// it go on.
-class SessionOfTwo : public testing::Test {
+class TwoFingers : public AskedSession, public testing::TestWithParam<bool> {
 protected:
-    SessionOfTwo(bool is_behind_a_line, const ServoScene& of) : scene(of) {
-        if (is_behind_a_line) behind.emplace(scene);
-        if (behind) stepper = std::make_unique<LineStepper>(behind->line, LineOptions{});
-        if (!behind) stepper = std::make_unique<LocalStepper>(scene);
-        session.emplace(*stepper, connection, &*record, [this](const std::string& line) { told.push_back(line); });
-        time.also([this] { return session->watch_at(); },
-                  [this](Clock::time_point now) {
-                      session->watch(now);
-                      exchange();
-                  });
-        for (std::size_t finger = 0; finger < kTwo; ++finger) {
-            connection.subscribe<servo_force>(
-                channel_of<servo_force>(finger),
-                [this, finger](const servo_force& m, std::int64_t) { forces[finger].push_back(m); });
-            connection.subscribe<contact>(channel_of<contact>(finger), [this, finger](const contact& m, std::int64_t) {
-                contacts[finger].push_back(m);
-            });
-        }
-        connection.subscribe<servo_status>(channel_of<servo_status>(),
-                                           [this](const servo_status& m, std::int64_t) { status_ = m; });
-        session->take_answers();  // a target's hello
-    }
+    TwoFingers() : AskedSession(soft_pair().scene(), GetParam()) {}
 
-    static device_state state(std::size_t finger, std::int64_t seq, double depth_m, std::int8_t mode) {
-        device_state state = simulated_state(seq, seq * 1000);
-        state.session += static_cast<std::int64_t>(finger);
-        state.mode = mode;
-        std::copy_n(place(finger, depth_m).data(), 3, state.position_m);
-        return state;
-    }
-    void exchange() {
-        if (behind && answers_by_itself) behind->target.answer();
-        session->take_answers();
-        handle_all(connection);
-    }
-    void send(std::size_t finger, const device_state& state) {
-        connection.publish(channel_of<device_state>(finger), state);
-        handle_all(connection);
-        exchange();
-    }
-    void lockstep(std::size_t finger, std::int64_t seq, double depth_m) {
-        send(finger, state(finger, seq, depth_m, device_state::SIMULATED));
-    }
     void lockstep_both(std::int64_t seq, double depth_m) {
         for (std::size_t finger = 0; finger < kTwo; ++finger) lockstep(finger, seq, depth_m);
-    }
-    void real(std::size_t finger, std::int64_t seq, double depth_m) {
-        send(finger, state(finger, seq, depth_m, device_state::REAL_TIME));
     }
     /// The first finger alone, a millisecond deep in each of these ticks, until the second is silent.
     void go_on_alone() {
@@ -92,15 +32,6 @@ protected:
             real(0, seq, 0.001);
             wait(milliseconds(1));
         }
-    }
-    /// A session that always has something due is an error, not a test for ever.
-    void wait(milliseconds ms) {
-        const Clock::time_point until = time.now() + ms;
-        for (int leaps = 0; time.now() < until; ++leaps) {
-            if (leaps > 10 + 10 * ms.count()) throw std::runtime_error("the session's work is never done");
-            time.leap(until);
-        }
-        exchange();
     }
     /// Both a millimetre deep, in real time, a tick ago: the next states are 20.
     void press_both() {
@@ -112,41 +43,6 @@ protected:
         ASSERT_EQ(forces[0].back().servo_state, HAPTABLE_CONTACT);
         ASSERT_EQ(forces[1].back().servo_state, HAPTABLE_CONTACT);
     }
-    std::int64_t status(const std::string& name) {
-        session->publish_status();
-        handle_all(connection);
-        const auto found = std::find(status_.name.begin(), status_.name.end(), name);
-        if (found != status_.name.end()) return status_.value[static_cast<std::size_t>(found - status_.name.begin())];
-        ADD_FAILURE() << "no counter is called " << name;
-        return -1;
-    }
-    /// The host's servo writes the same bytes of the same path.
-    void expect_the_hosts_record() {
-        record->finish();
-        replay(scene, folder / "record.csv", folder / "host.csv", true);
-        EXPECT_EQ(read_file(folder / "host.csv"), read_file(folder / "record.csv"));
-    }
-
-    const ServoScene scene;
-    WorkFolder folder;
-    SimulatedTime time;
-    Connection connection{"memq://"};
-    std::optional<Behind> behind;
-    bool answers_by_itself = true;
-    std::optional<ServoRecord> record{std::in_place, scene, folder / "record.csv"};
-    std::vector<std::string> told;
-    std::unique_ptr<Stepper> stepper;
-    std::optional<Session> session;
-    std::array<std::vector<servo_force>, kTwo> forces;
-    std::array<std::vector<contact>, kTwo> contacts;
-    servo_status status_;
-};
-
-constexpr auto name_of_place = [](const testing::TestParamInfo<bool>& of) { return of.param ? "Line" : "Process"; };
-
-class TwoFingers : public SessionOfTwo, public testing::WithParamInterface<bool> {
-protected:
-    TwoFingers() : SessionOfTwo(GetParam(), soft_pair().scene()) {}
 };
 INSTANTIATE_TEST_SUITE_P(Behind, TwoFingers, testing::Bool(), name_of_place);
 
@@ -226,7 +122,7 @@ TEST_P(TwoFingers, AStateWaitsAMillisecondForTheOthersAndNotAgain) {
     const std::size_t before = forces[0].size();
     real(0, 20, 0.0011);
     EXPECT_EQ(forces[0].size(), before) << "it waits";
-    EXPECT_EQ(session->watch_at(), time.now() + kTick);
+    EXPECT_EQ(session->watch_at(), time->now() + kTick);
     wait(milliseconds(1));
     ASSERT_EQ(forces[0].size(), before + 1);
     EXPECT_EQ(forces[0].back().servo_state, HAPTABLE_CONTACT);
@@ -250,9 +146,8 @@ TEST_P(TwoFingers, ASilentFingerIsReleasedAndTheOtherGoesOn) {
     const std::size_t answers = forces[1].size();
     go_on_alone();
     ASSERT_EQ(forces[1].size(), answers + 1) << "told once";
-    EXPECT_EQ(forces[1].back().servo_state, HAPTABLE_SILENT);
+    expect_no_force(HAPTABLE_SILENT, 1);
     EXPECT_EQ(forces[1].back().seq, 19);
-    EXPECT_EQ(Vector3d(forces[1].back().force_n), Vector3d::Zero());
     EXPECT_EQ(contacts[1].back().count, 0);
     EXPECT_EQ(forces[0].back().seq, 44);
     EXPECT_EQ(forces[0].back().servo_state, HAPTABLE_CONTACT);
@@ -300,7 +195,7 @@ TEST_P(TwoFingers, InLockstepADeviceThatIsGoneIsReleased) {
 
 TEST_P(TwoFingers, ASecondDeviceOfOneFingerIsRefusedAndToldOnce) {
     press_both();
-    const std::size_t answers = forces[1].size();
+    const std::size_t answers = forces[1].size(), loads = contacts[1].size();
     for (std::int64_t seq = 20; seq < 25; ++seq) {
         device_state theirs = state(1, seq, 0.001, device_state::REAL_TIME);
         theirs.session = 5;
@@ -310,11 +205,16 @@ TEST_P(TwoFingers, ASecondDeviceOfOneFingerIsRefusedAndToldOnce) {
     ASSERT_EQ(forces[1].size(), answers + 5);
     EXPECT_EQ(forces[1].back().session, 5);
     EXPECT_EQ(forces[1].back().owner, kSession + 1);
-    EXPECT_EQ(Vector3d(forces[1].back().force_n), Vector3d::Zero());
+    expect_no_force(HAPTABLE_SILENT, 1);
     EXPECT_EQ(status("other_device_states_2"), 5);
     EXPECT_EQ(status("other_device_states"), 0);
+    EXPECT_EQ(status("session_2"), kSession + 1);
     ASSERT_EQ(told.size(), 1U);
     EXPECT_TRUE(says(told[0], "finger 2: a second device"));
+    for (std::size_t finger = 0; finger < kTwo; ++finger) real(finger, 20, 0.001);
+    EXPECT_EQ(forces[1].back().session, kSession + 1);
+    EXPECT_EQ(forces[1].back().servo_state, HAPTABLE_CONTACT) << "its contact is as it was";
+    EXPECT_EQ(contacts[1].size(), loads + 1);
 }
 
 TEST_P(TwoFingers, LockstepAndRealTimeHaveNoTickInCommon) {
@@ -327,47 +227,24 @@ TEST_P(TwoFingers, LockstepAndRealTimeHaveNoTickInCommon) {
     EXPECT_EQ(status("odd_states_2"), 1);
 }
 
-class TwoFingersOfOne : public SessionOfTwo, public testing::WithParamInterface<bool> {
-protected:
-    TwoFingersOfOne() : SessionOfTwo(GetParam(), soft_pair().scene_of_one()) {}
-};
-INSTANTIATE_TEST_SUITE_P(Behind, TwoFingersOfOne, testing::Bool(), name_of_place);
-
-TEST_P(TwoFingersOfOne, AFingerThatTheSceneHasNotIsToldAndNotAnswered) {
-    for (int twice = 0; twice < 2; ++twice) {
-        send(1, simulated_state(twice, 1000 * twice));
-        session->publish_status();
-    }
-    EXPECT_TRUE(forces[0].empty() && forces[1].empty());
-    EXPECT_EQ(session->link_report().absent_finger_states, 2);
-    ASSERT_EQ(told.size(), 1U);
-    EXPECT_TRUE(says(told[0], "fingers = 2"));
-}
-
-// ---- of a line alone ----------------------------------------------------------------------------------------------
-
-class TwoBehindALine : public SessionOfTwo {
-protected:
-    TwoBehindALine() : SessionOfTwo(true, soft_pair().scene()) {}
-    FakeTarget<Pipes>& target() { return behind->target; }
-};
-
-TEST_F(TwoBehindALine, InRealTimeAForceThatIsLostIsOvertaken) {
+TEST_P(TwoFingers, InRealTimeAForceThatIsLostIsOvertaken) {
+    if (!behind) return;  // here none is lost
     press_both();
-    const std::uint32_t ticks = target().counters(0).ticks;
+    FakeTarget<Pipes>& target = behind->target;
+    const std::uint32_t ticks = target.counters(0).ticks;
     const std::size_t answers = forces[0].size();
     answers_by_itself = false;
     for (std::size_t finger = 0; finger < kTwo; ++finger) real(finger, 20, 0.0011);
-    EXPECT_EQ(target().answer(true), 1);  // and it is lost on its way
+    EXPECT_EQ(target.answer(true), 1);  // and it is lost on its way
     exchange();
     EXPECT_EQ(forces[0].back().seq, 19);
     for (std::size_t finger = 0; finger < kTwo; ++finger) real(finger, 21, 0.0011);
     session->watch(Clock::now() + milliseconds(10));  // longer than the answer is waited for
-    EXPECT_EQ(target().answer(), 1);
+    EXPECT_EQ(target.answer(), 1);
     exchange();
     EXPECT_EQ(forces[0].size(), answers + 1);
     EXPECT_EQ(forces[1].back().seq, 21);
-    EXPECT_EQ(target().counters(0).ticks, ticks + 2);
+    EXPECT_EQ(target.counters(0).ticks, ticks + 2);
     EXPECT_EQ(status("lost_answers"), 1);
     EXPECT_EQ(status("lost_answers_2"), 1);
 }

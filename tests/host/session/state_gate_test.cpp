@@ -21,10 +21,12 @@ protected:
         state.session = session;
         state.servo = servo;
         state.mode = mode;
+        if (stopped_us != 0) state.utime = stopped_us;
         return gate.judge(state, utime_now(), begin + milliseconds(ms));
     }
 
     std::int8_t mode = device_state::REAL_TIME;
+    std::int64_t stopped_us = 0;  ///< where the device's clock stands still
     StateGate gate{kServo, kTables};
     const Clock::time_point begin = Clock::now();
 };
@@ -52,6 +54,21 @@ TEST_F(StateGateTest, WhatIsRefusedKeepsNothing) {
     }
     EXPECT_EQ(gate.owner(begin + milliseconds(20)), 0);
     EXPECT_EQ(gate.counters().old_states, 19);
+    EXPECT_EQ(gate.counters().repeated_states, 19);
+}
+
+// A clock that stands still says nothing of when the finger was there: silence, however many states come.
+TEST_F(StateGateTest, TimeThatDoesNotRunIsSilence) {
+    stopped_us = 1'800'000'000'000'000;
+    ask(7, 0, 0);
+    for (int ms = 1; ms < 20; ++ms) EXPECT_EQ(ask(7, ms, ms), StateIs::refused);
+    EXPECT_EQ(gate.owner(begin + milliseconds(20)), 0);
+    EXPECT_EQ(gate.counters().stopped_states, 19);
+}
+
+TEST_F(StateGateTest, NumbersThatNeverCameAreLost) {
+    for (const int seq : {2, 6, 7, 9}) EXPECT_NE(ask(7, seq, seq), StateIs::refused);
+    EXPECT_EQ(gate.counters().lost_states, 4);
 }
 
 TEST_F(StateGateTest, AfterSilenceTheSameDeviceBeginsAnew) {
@@ -81,11 +98,17 @@ TEST_F(StateGateTest, InLockstepAStallChangesNothing) {
     EXPECT_EQ(ask(8, 0, 3'601'900), StateIs::beginning);
 }
 
-TEST_F(StateGateTest, ASessionKeepsItsMode) {
-    ask(7, 0, 0);
+TEST_F(StateGateTest, ASessionHasANameAndKeepsItsMode) {
+    EXPECT_EQ(ask(0, 0, 0), StateIs::refused);
+    for (const std::int8_t none : {std::int8_t{0}, std::int8_t{3}}) {
+        mode = none;
+        EXPECT_EQ(ask(7, 0, 0), StateIs::refused);
+    }
+    mode = device_state::REAL_TIME;
+    EXPECT_EQ(ask(7, 0, 0), StateIs::beginning);
     mode = device_state::SIMULATED;
     EXPECT_EQ(ask(7, 1, 1), StateIs::refused);
-    EXPECT_EQ(gate.counters().odd_states, 1);
+    EXPECT_EQ(gate.counters().odd_states, 4);
 }
 
 }  // namespace
