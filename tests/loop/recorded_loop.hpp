@@ -27,6 +27,7 @@ struct RecordedServo {
         handle_all(connection);
     }
     void finish() {
+        session.publish_status();
         handle_all(connection);
         record.finish();
         log_writer.finish();

@@ -6,47 +6,30 @@
 
 #include <cmath>
 
-#include "host/device/session.hpp"
-#include "host/link/log_writer.hpp"
 #include "host/run/plots.hpp"
-#include "host/run/recorder.hpp"
-#include "host/session/local_stepper.hpp"
-#include "host/session/session.hpp"
-#include "tests/loop/helpers.hpp"
+#include "tests/loop/recorded_loop.hpp"
 
 namespace haptable::test {
 namespace {
 
-class Timelines : public testing::Test {
+class Timelines : public RecordedLoop {
 protected:
-    /// A poke in lockstep, recorded; what the servo reports of it.
-    ServoReport record() {
-        Connection connection("memq://");
-        const auto path = scripted_path("poke", PathOptions{});
-        const PointDevice device(Device{}, Hand{}, path->at(0.0).position_m);
+    /// A poke in lockstep, recorded.
+    void record() {
         SessionOptions options;
         options.lockstep = true;
-        LogWriter log(file);
-        const Recorder recorder(connection, log);
-        LocalStepper stepper(box.scene());
-        Session servo(stepper, connection, nullptr);
-        DeviceSession session(device, *path, connection, options, nullptr);
-        session.run();
-        servo.publish_status();
-        handle_all(connection);
-        log.finish();
-        return stepper.report();
+        run(box.scene(), "a", {scripted_path("poke", PathOptions{})}, options);
     }
 
     SoftBox box;
-    WorkFolder folder;
-    std::filesystem::path file = folder / "session.lcmlog";
+    std::filesystem::path file = log("a");
 };
 
 // The energies are those that the servo accounts, of the floats that it had: theirs to 2^-24 of each of the sums'
 // terms.
 TEST_F(Timelines, HasEveryTickWithItsAnswerAndTheEnergies) {
-    const ServoReport report = record();
+    record();
+    const ReplayReport report = replay(box.scene(), file, "", true);
     const Timeline timeline = read_timeline(file);
     ASSERT_EQ(timeline.ticks.size(), std::size_t(report.counters.ticks));
     EXPECT_TRUE(timeline.simulated);

@@ -97,13 +97,6 @@ TEST_F(ReplayTest, NamesTheNodesOfTheMesh) {
     }
 }
 
-TEST_F(ReplayTest, RecordsTheButtons) {
-    run("x,y,z,buttons\n0,0,0.031,0\n0,0,0.031,2\n0,0,0.031,6\n");
-    const auto written = rows();
-    ASSERT_EQ(written.size(), 3U);
-    for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(written[i].at("buttons"), (std::array{0.0, 2.0, 6.0})[i]);
-}
-
 // What is not a position reaches the servo, which answers with nothing and goes on.
 TEST_F(ReplayTest, RejectsBadPositionsAndGoesOn) {
     const ServoReport report =
@@ -147,17 +140,6 @@ TEST_F(ReplayTest, HasThePoseOfABodyThatFalls) {
         EXPECT_NEAR(written[k].at("body_z"), 0.015 - fallen, 1e-4 * fallen + 1e-8);
         EXPECT_EQ(written[k].at("turn_w"), 1.0);
     }
-}
-
-// A finger that comes down on it where it was meets nothing; where it is, its surface.
-TEST_F(ReplayTest, TheFingerMeetsABodyWhereItIs) {
-    const haptable_body body = cube_body();
-    scene.body = &body;
-    std::string path = "x,y,z\n";
-    for (int tick = 0; tick < 400; ++tick) path += fmt::format("0.0131,0.0112,{}\n", 0.031 - 2e-5 * tick);
-    EXPECT_GT(run(path).largest_force_n, 0.0);
-    // Where it was the finger would be 7 mm deep; the body has gone on before it.
-    EXPECT_LT(rows().back().at("body_z"), 0.015 - 0.004);
 }
 
 }  // namespace
