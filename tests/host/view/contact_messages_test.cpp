@@ -2,6 +2,7 @@
 // Contact messages from LCM logs that are written here, and live.
 #include "host/view/contact_messages.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -196,6 +197,7 @@ TEST_F(ViewContactMessages, ErrorsNameTheLog) {
     other.model_hash = 5;
     write_log({other});
     EXPECT_TRUE(says(error_of(), "is of the tables 0000000000000005"));
+    EXPECT_TRUE(says(error_of(), fmt::format("{:016x}", loads_.tables_hash())));
     write_log({message(0, 0)});
     std::string bytes = read_file(log_);
     bytes[28 + std::string(channel_of<contact>()).size()] ^= 1;  // of the hash of the type's fields

@@ -152,14 +152,6 @@ TEST_F(ViewPicture, ShowsTwoFingersInTheirColours) {
     expect_nearer(seen.hue_at({0.024F, 0.004F, 0.045F}), kFingerColor[1], kFingerColor[0]);
 }
 
-TEST_F(ViewPicture, ShowsAFingerThatIsInsideTheBody) {
-    const Shot with = shot(finger_at({0.015, 0.015, 0.012})), without = shot(ContactFrame());
-    const Vector3f at(0.015F, 0.015F, 0.012F);
-    EXPECT_GT(with.color(at)[0], without.color(at)[0] + 40);
-    const Vector2f pixel = without.pixel(at);
-    EXPECT_FALSE(is_background(without.image.at(int(pixel.x()), int(pixel.y()))));
-}
-
 /// Red ink under the title, where the finger is deeper than tables.json says that a linear body goes.
 TEST_F(ViewPicture, SaysWhereADentIsBeyondSmallStrain) {
     for (const auto& [small_strain, is_warned] :
