@@ -55,27 +55,31 @@ public:
     EveryScene& operator=(const EveryScene&) = delete;
 
     ServoScene scene(const Parts& parts) const {
-        if (parts.has_tool || parts.fingers > HAPTABLE_FINGERS) return scene_of_points(parts);
+        if (parts.has_tool || parts.fingers > HAPTABLE_FINGERS) {
+            const LoadedScene& of = of_points(parts);
+            return {&of.model(), of.node().data(), "points", of.pair(), nullptr, nullptr, of.tool()};
+        }
         ServoScene scene = parts.fingers == 2 ? pair_.scene() : pair_.scene_of_one();
         if (parts.is_free) scene.body = &body_;
         if (parts.rings) scene.modes = &modes_;
         return scene;
     }
-
-private:
-    /// Made when it is first asked for.
-    ServoScene scene_of_points(const Parts& parts) const {
+    /// With a tool, or hands; made when it is first asked for.
+    const LoadedScene& of_points(const Parts& parts) const {
         std::unique_ptr<LoadedScene>& made = points_[parts.name()];
-        if (!made) {
-            const WorkFolder folder;
-            const std::string touch = parts.has_tool ? "[tool]\nshape = \"disc\"\nradius = 0.008\npoints = 5\n"
-                                                     : "fingers = " + std::to_string(parts.fingers) + "\n";
-            write_file(folder / "points.toml", masked_cube("points", "nodes_per_side = 5\n", 0.0106, touch));
-            made = std::make_unique<LoadedScene>(files_of(read_scene(folder / "points.toml")));
-        }
-        return {&made->model(), made->node().data(), "points", made->pair(), nullptr, nullptr, made->tool()};
+        if (made) return *made;
+        const WorkFolder folder;
+        const std::string touch = parts.has_tool ? "[tool]\nshape = \"disc\"\nradius = 0.008\npoints = 5\n"
+                                                 : "fingers = " + std::to_string(parts.fingers) + "\n";
+        write_file(folder / "points.toml",
+                   "name = \"points\"\n[mesh]\ngenerate = \"cube\"\nnodes_per_side = 5\n[material]\nyoung = 1e4\n"
+                   "poisson = 0.3\n[[fixed]]\nbelow = 0\n[contact]\nforce = \"pressure-mask\"\nmask_radius = 0.0106\n" +
+                       touch);
+        made = std::make_unique<LoadedScene>(files_of(read_scene(folder / "points.toml")));
+        return *made;
     }
 
+private:
     SoftPair pair_{0.5};
     haptable_body body_ = cube_body();
     ServoModes body_modes_{{tick_of_mode(60.0, 0.05), tick_of_mode(140.0, 0.05)}, {}, 3};

@@ -31,17 +31,6 @@ public:
     }
 };
 
-/// The scene of the paper's cube under a mask, with more keys of [mesh], and more of [contact] and behind it.
-inline std::string masked_cube(const std::string& name, const std::string& mesh, double mask_radius_m,
-                               const std::string& contact) {
-    std::ostringstream text;
-    text << "name = \"" << name << "\"\n[mesh]\ngenerate = \"cube\"\n"
-         << mesh << "[material]\nyoung = 1e4\npoisson = 0.3\n[[fixed]]\nbelow = 0\n"
-         << "[contact]\nforce = \"pressure-mask\"\nmask_radius = " << mask_radius_m << '\n'
-         << contact;
-    return text.str();
-}
-
 /// A soft box of the paper's size, its bottom rigid; its mesh nodes are numbered otherwise than its vertices.
 class SoftBox {
 public:

@@ -156,8 +156,8 @@ def test_a_body_that_two_hands_lift_is_where_the_host_has_it(line, target, scene
 
 
 class Port:
-    """A target at the other end of a serial port, which is pulled out after so many bytes of answers. Before all that is
-    said comes garbage, rich in false begins."""
+    """A target at the other end of a serial port, which is pulled out after so many bytes of answers. Garbage, rich in
+    false begins, comes before all that is said."""
 
     GARBAGE = bytes(random.Random(1).choices([0xA5, 0x5A, 0, 20, *range(256)], [*4 * [128], *256 * [1]], k=600))
 

@@ -5,23 +5,14 @@
 #include "codegen/loads.hpp"
 #include "host/link/log_reader.hpp"
 #include "host/view/servo_csv.hpp"
-#include "tests/bodies.hpp"
 #include "tests/error_of.hpp"
+#include "tests/loop/every_scene.hpp"
 #include "tests/loop/recorded_loop.hpp"
 
 namespace haptable::test {
 namespace {
 
-/// A disc of 12 mm over the paper's cube; made once.
-const LoadedScene& disc() {
-    static const LoadedScene loaded([] {
-        const WorkFolder folder;
-        write_file(folder / "disc.toml",
-                   masked_cube("disc", "", 0.003, "[tool]\nshape = \"disc\"\nradius = 0.006\npoints = 7\n"));
-        return files_of(read_scene(folder / "disc.toml"));
-    }());
-    return loaded;
-}
+constexpr Parts kDisc{.has_tool = true};
 
 class ToolLoop : public RecordedLoop {
 protected:
@@ -46,7 +37,7 @@ protected:
         return messages;
     }
 
-    const ServoScene scene{&disc().model(), disc().node().data(), "disc", nullptr, nullptr, nullptr, disc().tool()};
+    const ServoScene scene = every_scene().scene(kDisc);
 };
 
 /// Pressed flat, then turned to and fro: the torque turns it back, about the axis that it is turned about.
@@ -80,7 +71,7 @@ TEST_F(ToolLoop, RecordsAndMessagesAgree) {
             EXPECT_LT((xyz_of(servo[i], of) - xyz_of(device[i], of)).norm(),
                       1e-6 * (1.0 + xyz_of(device[i], of).norm()));
         for (const char* q : {"qw", "qx", "qy", "qz"}) EXPECT_NEAR(servo[i].at(q), device[i].at(q), 1e-6);
-        ASSERT_EQ(wrenches[i].count, 7);
+        ASSERT_EQ(wrenches[i].count, 5);
         std::int32_t touching = 0;
         Eigen::Vector3d load_n = Eigen::Vector3d::Zero();
         for (const auto touches : wrenches[i].touches) touching += touches;
@@ -89,7 +80,7 @@ TEST_F(ToolLoop, RecordsAndMessagesAgree) {
         EXPECT_LT((load_n + Eigen::Vector3d(contacts[i].felt_n)).norm(), 1e-4 * (1e-3 + load_n.norm())) << i;
         most = std::max(most, touching);
     }
-    EXPECT_EQ(most, 7);
+    EXPECT_EQ(most, 5);
 }
 
 TEST_F(ToolLoop, IsRepeatableAndReplays) {
@@ -106,7 +97,7 @@ TEST_F(ToolLoop, IsRepeatableAndReplays) {
 /// What a servo recorded is drawn: the tool where it was, and the load of all its points.
 TEST_F(ToolLoop, IsDrawnFromItsCsv) {
     touch("roll", "a");
-    const ContactLoads loads(disc().tables());
+    const ContactLoads loads(every_scene().of_points(kDisc).tables());
     const auto frames = read_servo_csv(csv("a"), loads, FrameChoice{1, {}});
     const auto rows = read_rows(csv("a"));
     ASSERT_EQ(frames.size(), rows.size());
@@ -119,7 +110,7 @@ TEST_F(ToolLoop, IsDrawnFromItsCsv) {
         for (const NodalForce& load : frames[i].loads) load_n += Eigen::Vector3f(load.force_n.data()).cast<double>();
         EXPECT_LT((load_n + xyz_of(rows[i], "force_")).norm(), 1e-4 * (1e-3 + load_n.norm())) << i;
     }
-    EXPECT_EQ(most, 7U);
+    EXPECT_EQ(most, 5U);
 }
 
 /// A state whose pose did not come, or is of another state, is no tick.
