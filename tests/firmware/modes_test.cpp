@@ -77,12 +77,11 @@ TEST(PackedCompliance, GivesTheHostsBitsOnEveryTarget) {
             for (const char* target : kTargets) {
                 const TargetImage image(build_folder(), "cube", target);
                 if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
-                std::vector<TargetTick> ticks;
+                SceneState host(model, nullptr, nullptr, nullptr);
                 std::size_t touching = 0;
-                expect_host_bits(image, model, path_m, ticks,
-                                 [&](const auto&, const auto&, const haptable_output& out) {
-                                     touching += std::size_t(haptable_touches(out.state));
-                                 });
+                expect_host_bits(image.measure({model}, path_m), host, path_m, [&](std::size_t, const auto* out) {
+                    touching += std::size_t(haptable_touches(out->state));
+                });
                 EXPECT_GT(touching, 90U) << target;
             }
         }
@@ -94,12 +93,13 @@ std::uint64_t relaxing_tick(const TargetImage& image, const ElasticBody& body, G
     Tables tables = body.tables({.god_object = god_object, .friction = friction});
     for (std::size_t k = 0; k < terms; ++k) tables.relaxation.push_back({0.1, 1e-3 * std::pow(7.0, double(k))});
     const ServoModel servo_model = build_model(tables);
-    std::vector<TargetTick> ticks;
+    const haptable_model model = model_in_memory(tables, servo_model);
+    const std::vector<TargetTick> ticks = image.measure({model}, path_m);
+    SceneState host(model, nullptr, nullptr, nullptr);
     std::size_t behind = 0;
-    expect_host_bits(image, model_in_memory(tables, servo_model), path_m, ticks,
-                     [&](const auto&, const auto&, const haptable_output& out) {
-                         behind += out.state == HAPTABLE_FREE && out.vertex[0] != HAPTABLE_NONE;
-                     });
+    expect_host_bits(ticks, host, path_m, [&](std::size_t, const haptable_output* out) {
+        behind += out->state == HAPTABLE_FREE && out->vertex[0] != HAPTABLE_NONE;
+    });
     EXPECT_EQ(behind > 10U, terms > 0) << "a dent is left";
     return count_ticks(path_m, ticks).sliding.median;
 }
@@ -193,14 +193,12 @@ TEST(Bound, HoldsOnATipOfManyPatches) {
             const haptable_model model = in_mode(*tip.get(), mode);
             const TickCost each = cost_of(mode, most_patches_around_a_vertex(model));
             SCOPED_TRACE(mode.name());
-            std::vector<TargetTick> ticks;
-            std::uint32_t touching = 0;
-            expect_host_bits(image, model, path_m, ticks,
-                             [&](const TargetTick& tick, const haptable_servo& servo, auto&) {
-                                 EXPECT_LE(tick.instructions, cost(each, servo.counters));
-                                 touching = servo.counters.contact_ticks;
-                             });
-            EXPECT_GT(touching, 150U);
+            const std::vector<TargetTick> ticks = image.measure({model}, path_m);
+            SceneState host(model, nullptr, nullptr, nullptr);
+            const haptable_counters& counters = host.servo(0).counters;
+            expect_host_bits(ticks, host, path_m,
+                             [&](std::size_t i, auto*) { EXPECT_LE(ticks[i].instructions, cost(each, counters)); });
+            EXPECT_GT(counters.contact_ticks, 150U);
         }
     }
 }
@@ -212,14 +210,15 @@ TEST_P(ModeOnTarget, GivesTheHostsBitsUnderItsBoundAndNoDearerThanBefore) {
     const auto path_m = hard_path(touched.tables(), 60);
     const std::uint64_t fan = most_patches_around_a_vertex(model);
     const TickCost each = cost_of(one.mode, fan);
-    std::vector<TargetTick> ticks;
-    std::uint64_t worst = 0, touching = 0;
-    expect_host_bits(image, model, path_m, ticks, [&](const TargetTick& tick, const haptable_servo& servo, auto&) {
-        EXPECT_LE(tick.instructions, cost(each, servo.counters));
-        worst = std::max(worst, tick.instructions);
-        touching = servo.counters.contact_ticks;
+    const std::vector<TargetTick> ticks = image.measure({model}, path_m);
+    SceneState host(model, nullptr, nullptr, nullptr);
+    const haptable_counters& counters = host.servo(0).counters;
+    std::uint64_t worst = 0;
+    expect_host_bits(ticks, host, path_m, [&](std::size_t i, auto*) {
+        EXPECT_LE(ticks[i].instructions, cost(each, counters));
+        worst = std::max(worst, ticks[i].instructions);
     });
-    EXPECT_GT(touching, path_m.size() / 3);
+    EXPECT_GT(counters.contact_ticks, path_m.size() / 3);
     EXPECT_LT(worst, most_cost(one.mode, fan));
     const std::uint64_t median = count_ticks(path_m, ticks).sliding.median;
     const std::string counts = word(one) + ": " + std::to_string(median) + " " + std::to_string(worst);

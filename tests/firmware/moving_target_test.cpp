@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "codegen/loaded_scene.hpp"
 #include "host/session/scene_state.hpp"
@@ -51,43 +50,25 @@ protected:
         if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
         const Built built(scene);
         SceneState state = built.state();
-        ASSERT_EQ(built.fingers(), size / 3);
         ticks = image.replay(path_m);
         state.check(HAPTABLE_CHECK_ALL);
         const std::uint64_t moves = built.moves(), most = built.most_touching();
         double nearest = 0.0;
         bool were_free = true;
-        for (std::size_t i = 0; i < path_m.size(); ++i) {
-            haptable_input in[HAPTABLE_HANDS]{};
-            haptable_output out[HAPTABLE_HANDS]{};
+        expect_host_bits(ticks, state, path_m, [&](std::size_t i, const haptable_output out[]) {
             bool are_free = true;
-            for (std::size_t f = 0; f < built.fingers(); ++f) {
-                in[f].is_there = 1;
-                std::copy_n(&path_m[i][3 * f], 3, in[f].finger_m);
-                forget_work(state.servo(f).counters);
-            }
-            state.step(in, static_cast<std::uint32_t>(i) * HAPTABLE_TICK_US, out);
-            for (std::size_t f = 0; f < built.fingers(); ++f) {
-                ASSERT_TRUE(same(ticks[i].finger[f], out[f])) << "tick " << i << " finger " << f;
+            for (std::size_t f = 0; f < built.fingers(); ++f)
                 are_free &= out[f].state == HAPTABLE_FREE && state.servo(f).counters.most_boxes == 0;
-            }
-            if (const haptable_body_state* body = state.body()) {
-                ASSERT_TRUE(same_bits(ticks[i].position_m, body->position_m)) << "place, tick " << i;
-                ASSERT_TRUE(same_bits(ticks[i].turn, body->turn)) << "turn, tick " << i;
-            }
-            if (const haptable_modes* modes = built.scene.modes()) {
-                ASSERT_EQ(std::memcmp(ticks[i].q.data(), state.modes()->q, modes->count * sizeof(float)), 0) << i;
-            }
             const std::uint64_t bound = built.touching(state) + moves;
-            ASSERT_LE(ticks[i].instructions, bound) << "tick " << i;
-            ASSERT_LT(ticks[i].instructions, most + moves) << "tick " << i;
+            ASSERT_LE(ticks[i].instructions, bound);
+            ASSERT_LT(ticks[i].instructions, most + moves);
             // Without fingers beside it the tick is the body's motion.
             if (are_free && were_free && moves > 0) {
-                ASSERT_LE(ticks[i].instructions, moves) << "tick " << i;
+                ASSERT_LE(ticks[i].instructions, moves);
             }
             were_free = are_free;
             nearest = std::max(nearest, double(ticks[i].instructions) / double(bound));
-        }
+        });
         RecordProperty("of its bound", std::to_string(nearest));
     }
 
@@ -127,15 +108,11 @@ TEST_P(MovingTarget, AToolHasTheHostsWrench) {
         most_tool_cost({built.mode.force, built.mode.god_object, ""}, built.fan, built.scene.tool()->points.count);
     ticks = image.replay(path_m);
     std::size_t touched = 0, turned = 0;
-    for (std::size_t i = 0; i < path_m.size(); ++i) {
-        haptable_tool_output out{};
-        state.step(pose_of(path_m[i]), static_cast<std::uint32_t>(i) * HAPTABLE_TICK_US, out);
-        ASSERT_TRUE(same(ticks[i].finger[0], out.hand)) << "tick " << i;
-        ASSERT_EQ(std::memcmp(ticks[i].q.data(), out.torque_n_m, sizeof out.torque_n_m), 0) << "tick " << i;
+    expect_host_wrench(ticks, state, path_m, [&](std::size_t i, const haptable_tool_output& out) {
         ASSERT_LE(ticks[i].instructions, bound) << "tick " << i;
         touched += static_cast<std::size_t>(haptable_touches(out.hand.state));
         turned += std::abs(out.torque_n_m[0]) > 1e-5F;
-    }
+    });
     EXPECT_GT(touched, path_m.size() / 4);
     EXPECT_GT(turned, path_m.size() / 8);
 }

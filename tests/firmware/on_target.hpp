@@ -3,13 +3,16 @@
 #pragma once
 
 #include <gtest/gtest.h>
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <cstring>
 #include <fstream>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include "host/session/scene_state.hpp"
 #include "host/target/image.hpp"
 #include "tests/finger.hpp"
 
@@ -34,39 +37,47 @@ inline haptable_tool_input pose_of(const std::array<float, 6>& row) {
     return in;
 }
 
-/// The host's servo over a path, a tick after the other, its work counted alone.
-class HostTicks {
-public:
-    HostTicks(const haptable_model& model, const std::vector<std::array<float, 3>>& path_m)
-        : model_(model), path_m_(path_m) {
-        haptable_servo_init(&servo);
+/// Every tick of the path has the bits of the host's scene, or the test fails and ends; each(i, out) sees it with the
+/// work of that tick alone.
+template <std::size_t size, typename Each>
+void expect_host_bits(const std::vector<TargetTick>& ticks, SceneState& host, const TargetPath<size>& path_m,
+                      const Each& each) {
+    ASSERT_EQ(host.fingers(), size / 3);
+    ASSERT_EQ(ticks.size(), path_m.size());
+    for (std::size_t i = 0; i < path_m.size() && !testing::Test::HasFatalFailure(); ++i) {
+        SCOPED_TRACE(testing::Message() << "tick " << i);
+        haptable_input in[HAPTABLE_HANDS]{};
+        haptable_output out[HAPTABLE_HANDS]{};
+        for (std::size_t f = 0; f < host.fingers(); ++f) {
+            in[f].is_there = 1;
+            std::copy_n(&path_m[i][3 * f], 3, in[f].finger_m);
+            forget_work(host.servo(f).counters);
+        }
+        host.step(in, static_cast<std::uint32_t>(i) * HAPTABLE_TICK_US, out);
+        for (std::size_t f = 0; f < host.fingers(); ++f)
+            ASSERT_TRUE(same(ticks[i].finger[f], out[f])) << "finger " << f;
+        if (const haptable_body_state* body = host.body()) {
+            ASSERT_TRUE(same_bits(ticks[i].position_m, body->position_m));
+            ASSERT_TRUE(same_bits(ticks[i].turn, body->turn));
+        }
+        if (const haptable_modes_state* modes = host.modes()) {
+            ASSERT_EQ(std::memcmp(ticks[i].q.data(), modes->q, host.scene().modes->count * sizeof(float)), 0);
+        }
+        each(i, out);
     }
-    haptable_output step(std::size_t i) {
-        forget_work(servo.counters);
-        haptable_output out;
-        haptable_servo_step(&model_, &servo, path_m_[i].data(), static_cast<std::uint32_t>(i * 1000), &out);
-        return out;
-    }
+}
 
-private:
-    const haptable_model& model_;
-    const std::vector<std::array<float, 3>>& path_m_;
-    haptable_room room_{};
-
-public:
-    haptable_servo& servo = room_.fingers.servo[0];
-};
-
-/// Every tick of the path has the host's bits, or the test fails and ends; each(i, tick, host, out) sees it.
+/// The same of a tool and its poses; each(i, out).
 template <typename Each>
-void expect_host_bits(const TargetImage& image, const haptable_model& model,
-                      const std::vector<std::array<float, 3>>& path_m, std::vector<TargetTick>& ticks, Each each) {
-    ticks = image.measure({model}, path_m);
-    HostTicks host(model, path_m);
-    for (std::size_t i = 0; i < path_m.size(); ++i) {
-        const haptable_output out = host.step(i);
-        ASSERT_TRUE(same(ticks[i].finger[0], out)) << "tick " << i;
-        each(ticks[i], host.servo, out);
+void expect_host_wrench(const std::vector<TargetTick>& ticks, SceneState& host, const TargetPath<6>& path,
+                        const Each& each) {
+    ASSERT_EQ(ticks.size(), path.size());
+    for (std::size_t i = 0; i < path.size() && !testing::Test::HasFatalFailure(); ++i) {
+        haptable_tool_output out{};
+        host.step(pose_of(path[i]), static_cast<std::uint32_t>(i) * HAPTABLE_TICK_US, out);
+        ASSERT_TRUE(same(ticks[i].finger[0], out.hand)) << "tick " << i;
+        ASSERT_EQ(std::memcmp(ticks[i].q.data(), out.torque_n_m, sizeof out.torque_n_m), 0) << "tick " << i;
+        each(i, out);
     }
 }
 

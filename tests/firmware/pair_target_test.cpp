@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstring>
 #include <map>
 
 #include "codegen/in_memory.hpp"
@@ -81,29 +80,23 @@ TEST_P(PairOnTarget, GivesTheHostsBitsUnderItsBound) {
     const std::vector<TargetTick> ticks = image.measure({model, &pair_model}, path_m);
     const std::uint64_t fan = most_patches_around_a_vertex(model);
     const PairTickCost each = pair_cost_of(one.mode, fan);
-    haptable_room room{};
-    haptable_pair& pair = room.fingers;
-    haptable_pair_init(&pair_model, &pair);
+    SceneState host(model, &pair_model, nullptr, nullptr);
+    const haptable_pair& pair = *host.pair();
     std::size_t both = 0;
     std::uint64_t all = 0;
     double most = 0.0;
-    for (std::size_t i = 0; i < path_m.size(); ++i) {
-        haptable_output out[2];
-        for (haptable_servo& servo : pair.servo) forget_work(servo.counters);
-        haptable_pair_step(&pair_model, &pair, &path_m[i][0], &path_m[i][3], std::uint32_t(i * 1000), out);
-        for (std::size_t f = 0; f < 2; ++f)
-            ASSERT_TRUE(same(ticks[i].finger[f], out[f])) << "tick " << i << " finger " << f;
+    expect_host_bits(ticks, host, path_m, [&](std::size_t i, const haptable_output out[]) {
         EXPECT_LE(pair.evaluations, HAPTABLE_PAIR_EVALUATIONS);
         EXPECT_LE(pair.looks, HAPTABLE_PAIR_LOOKS);
         if (one.coupling_bytes == kAllPairs) {
             most = std::max(most, double(ticks[i].instructions) / double(pair_cost(each, pair)));
-            EXPECT_LE(ticks[i].instructions, pair_cost(each, pair)) << "tick " << i;
-            EXPECT_LT(ticks[i].instructions, most_pair_cost(one.mode, fan)) << "tick " << i;
+            EXPECT_LE(ticks[i].instructions, pair_cost(each, pair));
+            EXPECT_LT(ticks[i].instructions, most_pair_cost(one.mode, fan));
         }
         if (one.coupling_bytes != kAllPairs) most = std::max(most, double(ticks[i].instructions));
         both += haptable_touches(out[0].state) != 0 && haptable_touches(out[1].state) != 0;
         all += ticks[i].instructions;
-    }
+    });
     EXPECT_GT(both, path_m.size() / 4);
     // One couples both contacts once a tick; with the rows of its controls for nobody it would take an eighth more.
     if (one.mode.name() == "interpolated nearest" && one.coupling_bytes == kAllPairs) {

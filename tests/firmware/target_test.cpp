@@ -6,9 +6,7 @@
 #include <limits>
 
 #include "codegen/in_memory.hpp"
-#include "firmware/haptable_bounds.h"
 #include "host/target/counts.hpp"
-#include "host/target/modes.hpp"
 #include "host/target/strokes.hpp"
 #include "tests/bodies.hpp"
 #include "tests/firmware/on_target.hpp"
@@ -35,15 +33,6 @@ protected:
     }
 };
 
-/// The host's servo, ready for its first tick.
-haptable_servo checked(const haptable_model& model) {
-    haptable_room room{};
-    haptable_servo& servo = room.fingers.servo[0];
-    haptable_servo_init(&servo);
-    check_tables(model, servo);
-    return servo;
-}
-
 std::string name_of_place(const testing::TestParamInfo<Place>& info) {
     return test_name(std::get<0>(info.param) + "_" + std::get<1>(info.param));
 }
@@ -63,18 +52,15 @@ TEST_P(Target, GivesTheBitsOfTheHost) {
     path_m[1500] = {0.0F, -std::numeric_limits<float>::infinity(), 0.0F};
     path_m[2300] = {0.0F, 0.0F, 1e30F};
     path_m[3000][2] += 0.025F;
-    const std::vector<TargetTick> ticks = image.replay(path_m);
     const ServoModel built = build_model(host_tables);
     const haptable_model model = model_in_memory(host_tables, built);
-    haptable_servo servo = checked(model);
-    for (std::size_t i = 0; i < path_m.size(); ++i) {
-        haptable_output out;
-        haptable_servo_step(&model, &servo, path_m[i].data(), static_cast<std::uint32_t>(i * 1000), &out);
-        ASSERT_TRUE(same(ticks[i].finger[0], out)) << "tick " << i;
-    }
-    EXPECT_GT(servo.counters.contact_ticks, path_m.size() / 3);
-    EXPECT_EQ(servo.counters.rejected_positions, 3U);
-    EXPECT_EQ(servo.counters.implausible, 2U);
+    SceneState host(model, nullptr, nullptr, nullptr);
+    host.check(HAPTABLE_CHECK_ALL);
+    expect_host_bits(image.replay(path_m), host, path_m, [](auto...) {});
+    const haptable_counters& counters = host.servo(0).counters;
+    EXPECT_GT(counters.contact_ticks, path_m.size() / 3);
+    EXPECT_EQ(counters.rejected_positions, 3U);
+    EXPECT_EQ(counters.implausible, 2U);
 }
 
 // Of which lab/cycles.py estimates the cycles.
@@ -86,35 +72,6 @@ TEST_P(Target, ATraceIsThatOfOneTick) {
     const std::size_t traced = image.trace(path_m, counts.sliding_at[0]).size();
     EXPECT_GE(traced, median);
     EXPECT_LE(traced, median + 2);  // and the marks' own
-}
-
-// The bound beside the kernel: every tick costs at most its steps times the cost of a step, its boxes times that of a
-// box, and a rest (Bound has what the most of them come to).
-TEST_P(Target, EveryTickStaysUnderItsBoundByReasoning) {
-    if (const std::string missing = image.missing(); !missing.empty()) GTEST_SKIP() << missing;
-    const Mode paper{ForceLaw::kInterpolated, GodObject::kNearest, ""};
-    Tables host_tables = tables();
-    host_tables.limits = {};
-    const auto path_m = stroke_path(host_tables, 250);
-    const std::vector<TargetTick> ticks = unlimited(path_m);
-    const ServoModel built = build_model(host_tables);
-    const haptable_model model = model_in_memory(host_tables, built);
-    const std::uint64_t fan = most_patches_around_a_vertex(model);
-    const TickCost each = cost_of(paper, fan), slide = cost_of(paper, fan, 1);
-    HostTicks host(model, path_m);
-    std::uint64_t worst = 0;
-    std::uint32_t most_steps = 0;
-    for (std::size_t i = 0; i < path_m.size(); ++i) {
-        const bool was_in_contact = haptable_touches(host.servo.state) != 0;
-        const haptable_output out = host.step(i);
-        ASSERT_LE(ticks[i].instructions, cost(each, host.servo.counters)) << "tick " << i;
-        most_steps = std::max(most_steps, host.servo.counters.most_steps);
-        if (was_in_contact && haptable_touches(out.state) != 0) worst = std::max(worst, ticks[i].instructions);
-    }
-    const std::uint32_t limit = MOST_STEPS;
-    EXPECT_LE(most_steps, limit);
-    EXPECT_LT(worst, slide.rest + slide.step * limit);
-    EXPECT_LT(worst, 12000U);
 }
 
 // Counts are exact, unlike times. Growth of more than 2 % in the median, 5 % in the worst, must be announced in
