@@ -287,23 +287,6 @@ TEST(Pair, ForcesOfDentsThatStiffenAreTheSlopeOfOneEnergy) {
         }
 }
 
-TEST(Pair, FingersOfDentsThatStiffenMayChangePlaces) {
-    const ElasticBody& body = cube_of(ForceLaw::kPressureMask);
-    for (const GodObject god_object : every<GodObject>()) {
-        Pair one(body, god_object, 0.0, false, kStiff), two(body, god_object, 0.0, false, kStiff);
-        for (int i = 0; i < 300; ++i) {
-            const Vector3d x(0.0131 + 1e-5 * i, 0.0142, 0.0301 - 1e-5 * std::min(i, 200)),
-                y(0.0212, 0.0163 - 1e-5 * i, 0.0301 - 1.5e-5 * std::min(i, 150));
-            one.to(x, y);
-            two.to(y, x);
-            const double size = one.force(0).norm() + one.force(1).norm();
-            // Where both rest within a tick's correction of each other.
-            for (int f = 0; f < 2; ++f)
-                EXPECT_WITHIN((one.force(f) - two.force(1 - f)).norm(), .epsilon = 3e-3, .size = size) << i;
-        }
-    }
-}
-
 /// Both fingers in, and around a closed path each.
 struct PairLoops {
     double worst = -1.0;  ///< most given over most stored
