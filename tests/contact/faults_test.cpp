@@ -487,48 +487,6 @@ TEST(Faults, ALoadNextToFixedVerticesIsThatOfItsPoint) {
     EXPECT_LT(without, first_order / 50) << "only where the lift begins";
 }
 
-/// What a release of 0.01 N a tick makes of the force of a contact on a patch.
-struct Released {
-    Released() {
-        haptable_servo_init(&servo);
-        servo.contact.patch = 0;
-        servo.felt_known = 1;
-    }
-    double force_n(const Vector3d& motion_m, double load_n) {
-        haptable_model model = *box.get();
-        model.release_n = 0.01F;
-        model.stiffness_limit_n_per_m = 1000.0F;
-        float force_n[3] = {0.0F, 0.0F, float(load_n)};
-        haptable_release_slew(&model, &servo, to_finger(motion_m.data()).data(), force_n);
-        return double(force_n[2]);
-    }
-    const TestModel box{box_shape(2, Vector3d(0.03, 0.03, 0.03))};
-    haptable_servo servo;
-};
-
-// As it does where it leaves the surface: the finger has come to the god-object.
-TEST(Faults, AForceThatEndsOnTheSurfaceIsReleased) {
-    Released released;
-    released.servo.felt_n[2] = 0.5F;
-    EXPECT_WITHIN(std::abs(released.force_n({1e-3, 0.0, 0.0}, 0.0) - 0.49), .count = 8, .epsilon = kFloat, .size = 0.5);
-    EXPECT_EQ(released.servo.counters.jumps, 1U);
-}
-
-// What the finger pays over a long motion is known to first order: with a force held back that would take it, more than
-// the contact stores must not be owed.
-TEST(Faults, NoMoreIsHeldBackThanIsStored) {
-    Released released;
-    haptable_servo& servo = released.servo;
-    servo.finger_m[2] = -1e-3F;
-    servo.felt_n[2] = 0.06F;
-    servo.released_n[2] = -0.5F;  // of a force that has ended; now it would push
-    released.force_n({0.0, 0.0, -1.2e-3}, 0.72);
-    const double stored = 0.5 * 0.72 * 1e-3;
-    EXPECT_EQ(servo.counters.jumps, 0U);
-    for (const double held_j : {double(servo.owed_j), double(servo.released_n[2]) * -1.2e-3})
-        EXPECT_WITHIN(std::abs(held_j - stored), .count = 32, .epsilon = kFloat, .size = stored);
-}
-
 // ---- real meshes --------------------------------------------------------------------------------------------------
 
 const std::filesystem::path kStrokes = "../shared/contact";

@@ -92,38 +92,40 @@ TEST(Release, GivesNothingOnRandomWays) {
     EXPECT_GT(finger.servo().counters.jumps, 10U);
 }
 
-/// A finger that is pressed 1 mm into a spring of `stiffness`, N/m, by release alone: motion_m a tick, upwards or down.
-class PressedSpring {
-public:
-    explicit PressedSpring(const haptable_model& model) : model_(model) {
-        haptable_servo_init(&servo_);
-        servo_.contact.patch = 0;
+/// A finger that is pressed so deep into a spring of 1,000 N/m at the most, by a release of 0.01 N a tick alone.
+struct PressedSpring {
+    explicit PressedSpring(double depth) : depth_m(depth) {
+        model.release_n = 0.01F;
+        model.stiffness_limit_n_per_m = 1000.0F;
+        haptable_servo_init(&servo);
+        servo.contact.patch = 0;
     }
-    /// The force along the way inwards that is given; the contact's own is -contact_n.
-    double move(double motion_m, double contact_n) {
-        depth_m_ += motion_m;
-        const float motion[3] = {static_cast<float>(motion_m), 0.0F, 0.0F};
+    /// The force outwards that is given; the contact's own is contact_n.
+    double move(double motion_m, double contact_n, double aside_m = 0.0) {
+        depth_m += motion_m;
+        const float motion[3] = {static_cast<float>(motion_m), static_cast<float>(aside_m), 0.0F};
         float force_n[3] = {static_cast<float>(-contact_n), 0.0F, 0.0F};
-        servo_.finger_m[0] = static_cast<float>(depth_m_);
-        haptable_release_slew(&model_, &servo_, motion, force_n);
+        servo.finger_m[0] = static_cast<float>(depth_m);
+        haptable_release_slew(&model, &servo, motion, force_n);
         return -double(force_n[0]);
     }
-    const haptable_servo& servo() const { return servo_; }
+    /// It felt that, and so much of another force is being released; outwards.
+    void felt(double force_n, double released_n) {
+        servo.felt_known = 1;
+        servo.felt_n[0] = static_cast<float>(-force_n);
+        servo.released_n[0] = static_cast<float>(-released_n);
+    }
 
-private:
-    haptable_model model_;
-    haptable_room room_{};
-    haptable_servo& servo_ = room_.fingers.servo[0];
-    double depth_m_ = 1e-3;
+    const TestModel body{box_shape(2, Vector3d(0.03, 0.03, 0.03))};
+    haptable_model model = *body.get();
+    haptable_room room{};
+    haptable_servo& servo = room.fingers.servo[0];
+    double depth_m;
 };
 
 // A jump from 0.1 N to 0.5 N: the finger feels 0.01 N more a tick. What it has not paid holds back what pushes it out.
 TEST(Release, AForceThatBrakesMoreComesUpAtItsSlewAndIsPaid) {
-    const TestModel body(box_shape(2, Vector3d(0.03, 0.03, 0.03)));
-    haptable_model model = *body.get();
-    model.release_n = 0.01F;
-    model.stiffness_limit_n_per_m = 1000.0F;
-    PressedSpring finger(model);
+    PressedSpring finger(1e-3);
     for (int tick = 0; tick < 20; ++tick) finger.move(0.0, 0.1);  // whatever it began with is gone
     constexpr double kWay = 1e-6;
     const Bound rounded{.count = 64, .epsilon = kFloat, .size = 0.5};
@@ -133,13 +135,13 @@ TEST(Release, AForceThatBrakesMoreComesUpAtItsSlewAndIsPaid) {
         EXPECT_WITHIN(std::abs(force - (0.1 + 0.01 * tick)), rounded) << tick;
         owed += kWay * (0.5 - force);
     }
-    EXPECT_EQ(finger.servo().counters.jumps, 2U) << "the first contact's and this one";
-    EXPECT_WITHIN(std::abs(double(finger.servo().owed_j) - owed), .count = 64, .epsilon = kFloat, .size = owed);
+    EXPECT_EQ(finger.servo.counters.jumps, 2U) << "the first contact's and this one";
+    EXPECT_WITHIN(std::abs(double(finger.servo.owed_j) - owed), .count = 64, .epsilon = kFloat, .size = owed);
     double paid = 0.0;
-    while (finger.servo().owed_j > 0.0F) {
+    while (finger.servo.owed_j > 0.0F) {
         const double force = finger.move(-kWay, 0.5);  // out again: nothing pushes
         ASSERT_LT(paid, owed);
-        if (finger.servo().owed_j > 0.0F) {
+        if (finger.servo.owed_j > 0.0F) {
             EXPECT_WITHIN(std::abs(force), rounded);
         }
         paid += kWay * (0.5 - force);
@@ -153,6 +155,26 @@ TEST(Release, AForceThatBrakesMoreComesUpAtItsSlewAndIsPaid) {
         last = force;
     }
     EXPECT_WITHIN(std::abs(last - 0.5), rounded);
+}
+
+// As it does where it leaves the surface: the finger has come to the god-object.
+TEST(Release, AForceThatEndsOnTheSurfaceIsReleased) {
+    PressedSpring finger(0.0);
+    finger.felt(0.5, 0.0);
+    EXPECT_WITHIN(std::abs(finger.move(0.0, 0.0, 1e-3) - 0.49), .count = 8, .epsilon = kFloat, .size = 0.5);
+    EXPECT_EQ(finger.servo.counters.jumps, 1U);
+}
+
+// What the finger pays over a long motion is known to first order: with a force held back that would take it, more than
+// the contact stores must not be owed.
+TEST(Release, NoMoreIsHeldBackThanIsStored) {
+    PressedSpring finger(-2e-4);
+    finger.felt(0.06, -0.5);  // of a force that has ended; now it would push
+    finger.move(1.2e-3, 0.72);
+    const double stored = 0.5 * 0.72 * 1e-3;
+    EXPECT_EQ(finger.servo.counters.jumps, 0U);
+    for (const double held_j : {double(finger.servo.owed_j), double(finger.servo.released_n[0]) * 1.2e-3})
+        EXPECT_WITHIN(std::abs(held_j - stored), .count = 32, .epsilon = kFloat, .size = stored);
 }
 
 TEST(Friction, SticksWithinTheStaticConeAndSlipsOnTheKineticOne) {
