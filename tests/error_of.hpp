@@ -20,6 +20,11 @@ std::string error_of(Act act) {
     return "no error";
 }
 
+/// A text with another part.
+inline std::string replaced(std::string text, const std::string& part, const std::string& by) {
+    return text.replace(text.find(part), part.size(), by);
+}
+
 /// Whether a text has this part; what it says where it has not.
 inline testing::AssertionResult says(const std::string& text, const std::string& part) {
     if (text.find(part) != std::string::npos) return testing::AssertionSuccess();

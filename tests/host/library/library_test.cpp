@@ -18,7 +18,6 @@
 #include "host/view/deformation.hpp"
 #include "host/view/drawn_modes.hpp"
 #include "tests/error_of.hpp"
-#include "tests/host/scene/scene_file.hpp"
 #include "tests/process.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tolerance.hpp"
