@@ -2,20 +2,12 @@
 // precompute() of a body that nothing holds: its tables, body.json, and the C of it.
 #include <gtest/gtest.h>
 
-#include <functional>
-#include <nlohmann/json.hpp>
-
 #include "codegen/rigid_body.hpp"
 #include "host/base/file.hpp"
-#include "host/body/rigid_body.hpp"
-
 #include "host/precompute/precompute.hpp"
-#include "host/precompute/requirements.hpp"
 #include "host/tables/tables.hpp"
 #include "tests/bodies.hpp"
 #include "tests/error_of.hpp"
-#include "tests/host/body/cubes.hpp"
-#include "tests/sealed.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tolerance.hpp"
 
@@ -80,36 +72,6 @@ TEST_F(FreeBodyTables, StiffnessHasTheCubesSymmetry) {
     }
     EXPECT_LT(most / least, 1.6);
     EXPECT_GT(least, 0.0);
-}
-
-TEST_F(FreeBodyTables, SaysWhatItCannotBe) {
-    const auto of_density = [](double kg_per_m3) {
-        return [=](Scene& s) {
-            s.free_body->mass_kg = 0.0;
-            s.free_body->density_kg_per_m3 = kg_per_m3;
-        };
-    };
-    const auto tiny = [](Scene& s) {
-        s.free_body->mass_kg = 1e-6;
-        s.mesh.side_m = 1e-4;
-    };
-    const auto fast = [](Scene& s) { s.free_body->stiffness[0] = 0.05 * 4.0 * 9.87 * 90.0 * 90.0; };
-    const std::pair<std::function<void(Scene&)>, const char*> mistakes[] = {
-        {of_density(1e-5), "cube.toml:7: body.density: the body has"},
-        {of_density(1e15), "and a servo moves 1e-06 to 1e+06 kg"},
-        {tiny, "cube.toml:7: body.mass: the body's principal moments"},
-        {fast, "cube.toml:7: body.suspension: entry 0 swings with up to 90"}};
-    for (const auto& [make, part] : mistakes) {
-        Scene scene = free_cube();
-        scene.free_body->line = 7;
-        make(scene);
-        EXPECT_TRUE(test::fails_with([&] { run(scene); }, part));
-    }
-    const Body parts = make_body(free_cube(), test::two_cubes(3, 0.01));
-    EXPECT_TRUE(test::fails_with([&] { require_constrained(free_cube(), parts); }, "does not hang together as one"));
-    write_file(folder.path() / "body.json", "{\"mass_kg\": 1}");
-    test::seal(folder.path(), nlohmann::json::object());
-    EXPECT_TRUE(test::fails_with([&] { read_rigid_body(folder.path()); }, "centre_m"));
 }
 
 }  // namespace

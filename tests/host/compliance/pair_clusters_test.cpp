@@ -1,25 +1,16 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The coupling in clusters, of a matrix like a half-space's: bytes, error, files.
+// The coupling in clusters, of a matrix like a half-space's: bytes and error.
 #include "host/compliance/pair_clusters.hpp"
-#include "host/base/json.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <functional>
-#include <nlohmann/json.hpp>
 #include <random>
-
-#include "host/base/file.hpp"
-#include "tests/error_of.hpp"
-#include "tests/sealed.hpp"
-#include "tests/temporary_folder.hpp"
 
 namespace haptable::test {
 namespace {
 
-namespace fs = std::filesystem;
 using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
@@ -108,79 +99,6 @@ TEST(PairClusters, TheBoundOfBytesIsTight) {
     ASSERT_EQ(fits.places(), sheet.size());
     // The bound is of |A_ii^-1/2 E_ij A_jj^-1/2|_F, which is |E_ij|_F sqrt(3) / |A_ii|_F here.
     EXPECT_LE(sheet.worst(fits, order) * std::sqrt(3.0), kBound);
-}
-
-class PairFiles : public testing::Test {
-protected:
-    void SetUp() override {
-        std::vector<std::size_t> order;
-        tables_ = tables_of(sheet_, 30'000, order);
-        tables_.meeting_m = 0.25;
-        write_pair(tables_, folder_);
-        tell_of(tables_);
-    }
-    void tell_of(const PairTables& tables) {
-        tell(R"({"pair": {"meeting_m": 0.25, "controls": 100, "clustered": 100, "rank": )" +
-             std::to_string(tables.clusters.rank) + R"(, "loads": )" +
-             std::to_string(tables.clusters.load_place.size()) + "}}");
-    }
-    void tell(const std::string& facts) {
-        write_file(folder_ / "options.json", R"({"contact": {"fingers": 2}})");
-        seal(folder_, parse_json(facts));
-    }
-    void expect_refused(const std::string& file) {
-        seal(folder_);
-        const std::string said = error_of([&] { read_pair(folder_); });
-        EXPECT_TRUE(says(said, file));
-        EXPECT_TRUE(says(said, "make the tables again"));
-    }
-
-    const Sheet sheet_{100};
-    const TemporaryFolder temporary_;
-    const fs::path folder_ = temporary_.path();
-    PairTables tables_;
-};
-
-TEST_F(PairFiles, HoldWhatWasWritten) {
-    const PairTables read = *read_pair(folder_);
-    EXPECT_EQ(read.meeting_m, 0.25);
-    EXPECT_TRUE(read.clusters == tables_.clusters);
-    EXPECT_GT(read.clusters.fine.size(), 0U);
-    EXPECT_EQ(pair_bytes(tables_), pair_bytes(read));
-}
-
-TEST_F(PairFiles, HoldWhatPatchesLoad) {
-    tables_.clusters.place.clear();
-    tables_.clusters.load_begin = {0, 2, 3};
-    tables_.clusters.load_place = {4, 9, 99};
-    tables_.clusters.load_share = {{1, 2, 3, 4, 5, 6}, {-1, 0, 0, 0, 0, 32767}, {7, 7, 7, 7, 7, 7}};
-    write_pair(tables_, folder_);
-    tell_of(tables_);
-    EXPECT_TRUE(read_pair(folder_)->clusters == tables_.clusters);
-    tables_.clusters.load_place[2] = 100;
-    write_pair(tables_, folder_);
-    expect_refused("coupling_load_place.npy");
-    tables_.clusters.load_begin = {0, 4, 3};
-    write_pair(tables_, folder_);
-    expect_refused("coupling_load_begin.npy");
-}
-
-TEST_F(PairFiles, ThatDoNotFitAreRefused) {
-    const auto expect_refused_with = [&](const std::string& file, const std::function<void(PairClusters&)>& damage) {
-        PairTables damaged = tables_;
-        damage(damaged.clusters);
-        write_pair(damaged, folder_);
-        expect_refused(file);
-    };
-    expect_refused_with("coupling_place.npy", [](PairClusters& of) { of.place[7] = 100; });
-    expect_refused_with("coupling_core.npy", [](PairClusters& of) { of.core.pop_back(); });
-    expect_refused_with("coupling_fine.npy", [](PairClusters& of) { of.fine.pop_back(); });
-    expect_refused_with("coupling_form.npy",
-                        [](PairClusters& of) { *std::find(of.form.begin(), of.form.end(), 0) = 13; });
-    expect_refused_with("coupling_step.npy", [](PairClusters& of) { of.step.pop_back(); });
-    write_pair(tables_, folder_);
-    tell(R"({"pair": {"meeting_m": 1, "controls": 100, "rank": 3}})");  // of an earlier one
-    expect_refused("tables.json");
 }
 
 }  // namespace

@@ -73,10 +73,7 @@ TEST_F(NpyFile, DamagedFilesAreErrorsThatNameTheFile) {
     expect_error("cannot be read");
     write_npy<float>(path_, {2, 3}, std::vector<float>(6));
     const std::string good = read_file(path_);
-    const auto changed = [&](const std::string& from, const std::string& to) {
-        std::string text = good;
-        return text.replace(text.find(from), from.size(), to);
-    };
+    const auto changed = [&](const std::string& from, const std::string& to) { return test::replaced(good, from, to); };
     for (const auto& [bytes, part] :
          {std::pair<std::string, const char*>{"", "not a .npy file"},
           {"not numpy at all", "not a .npy file"},

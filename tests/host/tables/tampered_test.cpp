@@ -15,6 +15,7 @@
 #include "codegen/rigid_body.hpp"
 #include "host/base/file.hpp"
 #include "host/base/json.hpp"
+#include "host/body/body.hpp"
 #include "host/library/haptable_library.h"
 #include "host/page/page.hpp"
 #include "host/precompute/precompute.hpp"
@@ -35,6 +36,8 @@ using nlohmann::json;
 /// Of all that a folder may hold: two fingers on a jelly that nothing holds, drawn.
 Scene every_part() {
     Scene scene = cube_scene(4, 0.3);
+    scene.file = "a/cube.toml";
+    scene.device.max_force_n = 3.5;
     set_free(scene);
     scene.gravity = Gravity{};
     scene.gravity->acceleration_m_per_s2 = {0.0, 0.0, -9.81};
@@ -74,6 +77,52 @@ std::vector<Reader> readers() {
     return all;
 }
 
+/// What somebody does to a file.
+using Change = std::function<void(const fs::path&)>;
+struct Case {
+    const char* file;
+    Change change;
+    const char* why;
+};
+
+template <typename T>
+Change array_of(const std::vector<std::size_t>& shape, const std::vector<T>& values) {
+    return [=](const fs::path& path) { write_npy<T>(path, shape, values); };
+}
+
+template <typename T>
+Change values(const std::function<void(std::vector<T>&)>& to) {
+    return [=](const fs::path& path) {
+        Array<T> array = read_npy<T>(path);
+        to(array.values);
+        write_npy<T>(path, array.shape, array.values);
+    };
+}
+
+template <typename T>
+Change one_fewer() {
+    return [](const fs::path& path) {
+        Array<T> array = read_npy<T>(path);
+        array.values.resize(array.values.size() - array.values.size() / array.shape[0]--);
+        write_npy<T>(path, array.shape, array.values);
+    };
+}
+
+Change times(double factor) {
+    return values<double>([=](auto& values) {
+        for (double& entry : values) entry *= factor;
+    });
+}
+
+/// Another text for a value of a file of JSON.
+Change with(const char* pointer, const std::string& value) {
+    return [=](const fs::path& path) {
+        json content = parse_json(read_file(path));
+        content[json::json_pointer(pointer)] = "here";
+        write_file(path, replaced(json_text(content), "\"here\"", value));
+    };
+}
+
 class TamperedTables : public testing::Test {
 protected:
     static const fs::path& made() {
@@ -100,27 +149,20 @@ protected:
             const std::string said = refusal(reader);
             EXPECT_EQ(said.rfind((folder_ / file).string() + ": ", 0), 0U) << reader.name << ": " << said;
             EXPECT_TRUE(says(said, why)) << reader.name << ": " << said;
+            EXPECT_TRUE(says(said, "make the tables again")) << reader.name << ": " << said;
         }
     }
-    template <typename T>
-    void change(const char* file, const std::function<void(std::vector<T>&)>& to) const {
-        Array<T> array = read_npy<T>(folder_ / file);
-        to(array.values);
-        write_npy<T>(folder_ / file, array.shape, array.values);
-        seal(folder_);
-    }
-    /// With each of these values at its place in a file of JSON it is refused.
-    void expect_refused(const char* file,
-                        const std::vector<std::tuple<const char*, double, const char*>>& values) const {
-        const std::string good = read_file(folder_ / file);
-        for (const auto& [pointer, value, why] : values) {
-            json content = parse_json(good);
-            content[json::json_pointer(pointer)] = value;
-            write_file(folder_ / file, json_text(content));
-            seal(folder_);
+    /// With each of these changes alone, of which tables.json knows, a file is refused.
+    void expect_refused(const std::vector<Case>& cases) const {
+        const std::string known = read_file(folder_ / "tables.json");
+        for (const auto& [file, change, why] : cases) {
+            const std::string good = read_file(folder_ / file);
+            change(folder_ / file);
+            if (file != std::string("tables.json")) seal(folder_);
             expect_refused(file, why);
+            write_file(folder_ / file, good);
+            write_file(folder_ / "tables.json", known);
         }
-        write_file(folder_ / file, good);
     }
 
     const TemporaryFolder temporary_;
@@ -131,6 +173,21 @@ TEST_F(TamperedTables, AreWholeToBeginWith) {
     expect_accepted();
     seal(folder_);
     EXPECT_EQ(facts().at("tables_hash"), parse_json(read_file(made() / "tables.json")).at("tables_hash"));
+    const Body body = make_body(every_part(), make_mesh(every_part().mesh));
+    const Tables tables = read_tables(folder_);
+    EXPECT_EQ(tables.options.text("device.handedness"), "right");  // that no member has
+    EXPECT_EQ(tables.name, "cube4nu30");
+    EXPECT_EQ(tables.scene_file, "cube.toml");
+    EXPECT_EQ(tables.max_force_n, 3.5);
+    EXPECT_EQ(tables.rigid_stiffness_n_per_m, 1000.0);
+    EXPECT_NE(tables.model_hash, 0U);
+    EXPECT_EQ(tables.surface, body.surface.patch);
+    EXPECT_EQ(tables.patch, body.touch_patch);
+    EXPECT_EQ(tables.node_id, body.touch_node);
+    EXPECT_EQ(tables.row_id, body.free_surface_node);
+    ASSERT_EQ(tables.position.size(), body.mesh.position_m.size());
+    for (std::size_t i = 0; i < tables.position.size(); ++i)
+        EXPECT_EQ(Eigen::Vector3d(tables.position[i].data()), body.mesh.position_m[i]);
 }
 
 // It is for people and scripts.
@@ -179,15 +236,24 @@ TEST_F(TamperedTables, OneBitOfAnyFileIsSeenByEveryProgramThatReadsIt) {
         }
         fs::remove(folder_ / file);
         EXPECT_EQ(refusal(readers()[2]), (folder_ / file).string() + ": is missing: make the tables again");
+        for (const std::size_t left : {std::size_t{0}, good.size() / 2}) {  // where its hash is that of what is left
+            write_file(folder_ / file, good.substr(0, left));
+            seal(folder_);
+            EXPECT_EQ(refusal(readers()[2]).rfind((folder_ / file).string(), 0), 0U) << refusal(readers()[2]);
+        }
         write_file(folder_ / file, good);
+        seal(folder_);
+    }
+    const std::string known = read_file(folder_ / "tables.json");
+    for (const std::size_t left : {std::size_t{0}, known.size() / 2}) {
+        write_file(folder_ / "tables.json", known.substr(0, left));
+        expect_refused("tables.json", "");
     }
     EXPECT_GE(seen, 4U * 10U);
 }
 
 TEST_F(TamperedTables, ProgramsSaySo) {
-    Array<double> coupling = read_npy<double>(folder_ / "coupling.npy");
-    for (double& entry : coupling.values) entry = -entry;
-    write_npy<double>(folder_ / "coupling.npy", coupling.shape, coupling.values);
+    times(-1.0)(folder_ / "coupling.npy");
     const std::string folder = folder_.string();
     for (const std::string& command : {program("haptable-codegen").string() + " " + folder,
                                        program("haptable-bridge").string() + " " + folder + " --run true --quiet",
@@ -199,63 +265,101 @@ TEST_F(TamperedTables, ProgramsSaySo) {
     }
 }
 
+TEST_F(TamperedTables, ThatDoNotFitEachOtherAreRefused) {
+    expect_refused({{"patch.npy", array_of<std::int32_t>({1, 3}, {0, 1, 64}), "names node 64 of a mesh of 64"},
+                    {"node_id.npy", array_of<std::int32_t>({1}, {-1}), "names node -1"},
+                    {"surface.npy", array_of<std::int32_t>({1, 2}, {0, 1}), "has 2 values a row where 3 belong"},
+                    {"stiffness.npy", array_of({1, 3, 3}, std::vector<double>(9)), "has 1 entries where"},
+                    {"tables.json", [](const fs::path& path) { write_file(path, "{\"name\": 3}"); }, ""},
+                    {"tables.json", with("/model_hash", "\"x123456789abcdef\""), ""}});
+}
+
+// An object that pulls the finger in, and limits that limit nothing.
+TEST_F(TamperedTables, AnObjectThatWouldPullIsRefused) {
+    std::vector<Case> cases;
+    for (const double factor : {-1.0, 0.0, std::nan("")})
+        cases.push_back({"stiffness.npy", times(factor), "is not positive definite: it would pull"});
+    for (const char* limit : {"/device/max_force", "/contact/rigid_stiffness"})
+        for (const char* value : {"-1.0", "0.0", "1e999"}) cases.push_back({"options.json", with(limit, value), ""});
+    for (const char* limit : {"/device/damping", "/device/encoder_step"})
+        cases.push_back({"options.json", with(limit, "-1e-3"), "is no limit"});
+    cases.push_back({"options.json", with("/contact/force", "\"harder\""), ""});
+    expect_refused(cases);
+}
+
 TEST_F(TamperedTables, ACouplingThatPullsOrGivesMoreThanTheBodyIsRefused) {
-    const std::string good = read_file(folder_ / "coupling.npy");
     const auto of_places_1_and_0 = [](double entry) {  // 9 numbers behind those of 0 and 0
-        return [entry](std::vector<double>& values) { std::fill_n(values.begin() + 9, 9, entry); };
+        return values<double>([=](auto& values) { std::fill_n(values.begin() + 9, 9, entry); });
     };
-    const std::pair<std::function<void(std::vector<double>&)>, const char*> changes[] = {
-        {[](auto& values) {
-             for (double& entry : values) entry = -entry;
-         },
-         "not positive definite"},
-        {of_places_1_and_0(100.0), "couple by more than they give"},
-        {of_places_1_and_0(std::nan("")), "couple by more than they give"}};
-    for (const auto& [to, why] : changes) {
-        write_file(folder_ / "coupling.npy", good);
-        change<double>("coupling.npy", to);
-        expect_refused("coupling.npy", why);
-    }
+    expect_refused({{"coupling.npy", times(-1.0), "not positive definite"},
+                    {"coupling.npy", of_places_1_and_0(100.0), "couple by more than they give"},
+                    {"coupling.npy", of_places_1_and_0(std::nan("")), "couple by more than they give"}});
 }
 
 TEST_F(TamperedTables, ABodyThatFeedsAMotionIsRefused) {
-    expect_refused("body.json", {{"/mass_kg", -1.0, "mass_kg holds -1"},
-                                 {"/mass_kg", 0.0, "mass_kg holds 0"},
-                                 {"/inertia_kg_m2/1", -1e-6, "inertia_kg_m2 is not positive definite"},
-                                 {"/inertia_kg_m2/3", 1.0, "inertia_kg_m2 is not positive definite"},
-                                 {"/damping_n_s_per_m/0", -1.0, "damping_n_s_per_m holds -1"},
-                                 {"/floor_friction", -0.5, "floor_friction holds -0.5"},
-                                 {"/floor_normal/2", 2.0, "floor_normal has length 2"},
-                                 {"/point_m/0/0", 1e300, "point_m"}});
+    expect_refused({{"body.json", with("/mass_kg", "-1.0"), "mass_kg holds -1"},
+                    {"body.json", with("/mass_kg", "0.0"), "mass_kg holds 0"},
+                    {"body.json", [](const fs::path& path) { write_file(path, "{\"mass_kg\": 1}"); }, "centre_m"},
+                    {"body.json", with("/inertia_kg_m2/1", "-1e-6"), "inertia_kg_m2 is not positive definite"},
+                    {"body.json", with("/inertia_kg_m2/3", "1.0"), "inertia_kg_m2 is not positive definite"},
+                    {"body.json", with("/damping_n_s_per_m/0", "-1.0"), "damping_n_s_per_m holds -1"},
+                    {"body.json", with("/floor_friction", "-0.5"), "floor_friction holds -0.5"},
+                    {"body.json", with("/floor_normal/2", "2.0"), "floor_normal has length 2"},
+                    {"body.json", with("/point_m/0/0", "1e300"), "point_m"}});
 }
 
 TEST_F(TamperedTables, ModesThatGrowAreRefused) {
-    expect_refused("modes.json", {{"/omega_rad_per_s/0", -300.0, "positive and ascend"},
-                                  {"/omega_rad_per_s/1", 0.0, "positive and ascend"},
-                                  {"/damping_ratio", -0.1, "damping_ratio = -0.1"},
-                                  {"/damping_ratio", 1.0, "damping_ratio = 1"}});
-    seal(folder_);
-    change<double>("mode_shape.npy", [](auto& values) { values[4] = HUGE_VAL; });
-    expect_refused("mode_shape.npy", "number 4 of it is not finite");
+    const Change endless = values<double>([](auto& values) { values[4] = HUGE_VAL; });
+    expect_refused({{"modes.json", with("/omega_rad_per_s/0", "-300.0"), "positive and ascend"},
+                    {"modes.json", with("/omega_rad_per_s/1", "0.0"), "positive and ascend"},
+                    {"modes.json", with("/damping_ratio", "-0.1"), "damping_ratio = -0.1"},
+                    {"modes.json", with("/damping_ratio", "1.0"), "damping_ratio = 1"},
+                    {"mode_shape.npy", endless, "number 4 of it is not finite"}});
 }
 
-TEST(TamperedClusters, OfACouplingThatPullAreRefused) {
-    const TemporaryFolder temporary;
-    const fs::path folder = temporary.path() / "tables";
-    Scene scene = cube_scene(6, 0.3);
-    scene.contact.fingers = 2;
-    scene.tables.columns = ColumnRows::kNone;
-    scene.tables.coupling_bytes = 60'000;
-    Progress quiet(true);
-    precompute(scene, folder, quiet);
-    ASSERT_TRUE(fs::exists(folder / "coupling_fine.npy")) << "all pairs fit: give fewer bytes";
-    Array<std::int16_t> fine = read_npy<std::int16_t>(folder / "coupling_fine.npy");
-    for (std::int16_t& entry : fine.values) entry = static_cast<std::int16_t>(-entry);
-    write_npy<std::int16_t>(folder / "coupling_fine.npy", fine.shape, fine.values);
-    const auto said = [&] { return error_of([&] { const LoadedScene scene_of{TablesFolder(folder)}; }); };
-    EXPECT_TRUE(says(said(), "coupling_fine.npy: is not the file"));
-    seal(folder);
-    EXPECT_TRUE(says(said(), "coupling_fine.npy: couples a place of patch 0 with itself by a block"));
+/// Two fingers whose coupling is in clusters: of points, or of a mask's patches.
+class TamperedClusters : public TamperedTables {
+protected:
+    void SetUp() override {}
+    void make(ForceLaw force) const {
+        Scene scene = for_two(cube_scene(6, 0.3), 60'000);
+        scene.contact.force = force;
+        scene.contact.mask_radius_m = force == ForceLaw::kPressureMask ? 0.006 : 0.0;
+        Progress quiet(true);
+        precompute(scene, folder_, quiet);
+        ASSERT_TRUE(fs::exists(folder_ / "coupling_fine.npy")) << "all pairs fit: give fewer bytes";
+    }
+    void expect_written_as_read() const {
+        const fs::path again = temporary_.path() / "again";
+        fs::create_directory(again);
+        write_pair(*read_pair(folder_), again);
+        for (const fs::directory_entry& file : fs::directory_iterator(again))
+            EXPECT_TRUE(read_file(file.path()) == read_file(folder_ / file.path().filename())) << file;
+    }
+};
+
+TEST_F(TamperedClusters, ThatPullOrDoNotFitAreRefused) {
+    make(ForceLaw::kConsistent);
+    expect_written_as_read();
+    const Change negative = values<std::int16_t>([](auto& values) {
+        for (std::int16_t& entry : values) entry = static_cast<std::int16_t>(-entry);
+    });
+    const Change form = values<std::uint8_t>([](auto& values) { values.front() = 13; });
+    expect_refused({{"coupling_fine.npy", negative, "couples a place of patch 0 with itself by a block"},
+                    {"coupling_place.npy", values<std::int32_t>([](auto& values) { values[7] = 10'000; }), ""},
+                    {"coupling_core.npy", one_fewer<std::int8_t>(), ""},
+                    {"coupling_fine.npy", one_fewer<std::int16_t>(), ""},
+                    {"coupling_form.npy", form, ""},
+                    {"coupling_step.npy", one_fewer<float>(), ""},
+                    {"tables.json", with("/pair", "{\"meeting_m\": 1, \"controls\": 100, \"rank\": 3}"),
+                     ""}});  // of an earlier one
+}
+
+TEST_F(TamperedClusters, ThatPatchesLoadDoNotFitAreRefused) {
+    make(ForceLaw::kPressureMask);
+    expect_written_as_read();
+    expect_refused({{"coupling_load_place.npy", values<std::int32_t>([](auto& values) { values[2] = 10'000; }), ""},
+                    {"coupling_load_begin.npy", values<std::int32_t>([](auto& values) { values[1] = 10'000; }), ""}});
 }
 
 TEST_F(TamperedTables, EveryPartIsInTheTablesHash) {
