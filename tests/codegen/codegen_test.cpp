@@ -9,9 +9,12 @@
 #include <limits>
 #include <random>
 
+#include "codegen/template.hpp"
 #include "firmware/haptable.h"
+#include "firmware/haptable_scene.h"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "host/scene/keys.hpp"
 #include "tests/error_of.hpp"
 #include "tests/process.hpp"
 #include "tests/shapes.hpp"
@@ -87,7 +90,7 @@ TEST(Codegen, TheTextCompilesWithoutAWarningAndGuardsItsVersionAndSizes) {
 
     ModelText other_version = text;
     const std::string guard = "HAPTABLE_TABLE_VERSION != " + std::to_string(HAPTABLE_TABLE_VERSION);
-    other_version.header.replace(other_version.header.find(guard), guard.size(), "HAPTABLE_TABLE_VERSION != 0");
+    other_version.header = replaced(text.header, guard, "HAPTABLE_TABLE_VERSION != 0");
     EXPECT_NE(compile(other_version), 0) << "tables of another version must not compile";
 
     ModelText short_table = text;
@@ -132,6 +135,61 @@ TEST(Codegen, RefusesAnObjectTooLargeForItsIndices) {
     while (tables.patch.size() < HAPTABLE_NONE)
         tables.patch.insert(tables.patch.end(), model.tables().patch.begin(), model.tables().patch.end());
     EXPECT_TRUE(fails_with([&] { build_model(tables); }, "[[touch]]"));
+}
+
+// ---- templates ------------------------------------------------------------------------------------------------------
+
+const TemplateValues kValues{
+    {"name", "cube"}, {"none", ""}, {"rows", "    1,\n    2,\n"}, {"row", "    3,"}, {"mail", "a@b"}};
+
+TEST(Template, PlacesAreFilled) {
+    EXPECT_EQ(filled("int @name@_@name@;\n", kValues), "int cube_cube;\n");
+    EXPECT_EQ(filled("@name@", kValues), "cube");
+    EXPECT_EQ(filled("by me@example.org, and @name@ by @mail@", kValues), "by me@example.org, and cube by a@b");
+}
+
+TEST(Template, ALineThatIsAPlaceIsItsValuesLines) {
+    EXPECT_EQ(filled("a[] = {\n@rows@\n@row@\n@none@\n};\n", kValues), "a[] = {\n    1,\n    2,\n    3,\n};\n");
+}
+
+TEST(Template, OnlyTheBranchOfAValueStays) {
+    EXPECT_EQ(filled("a\n@if name\nb\n@else\nc\n@end\nd\n", kValues), "a\nb\nd\n");
+    EXPECT_EQ(filled("a\n@if none\nb\n@else\nc\n@end\nd\n", kValues), "a\nc\nd\n");
+    EXPECT_EQ(filled("@if name\n@if none\nb\n@else\nc\n@end\nd\n@end\n", kValues), "c\nd\n");
+    EXPECT_EQ(filled("@if none\n@if unknown\n@unknown@\n@else\nc\n@end\n@end\nd\n", kValues), "d\n");
+}
+
+TEST(Template, ANameWithoutAValueIsAnError) {
+    EXPECT_EQ(error_of([] { filled("@nobody@", kValues); }), "a template asks for @nobody@, which has no value");
+    EXPECT_NE(error_of([] { filled("@if nobody\n@end\n", kValues); }), "no error");
+}
+
+// ---- what the firmware names ----------------------------------------------------------------------------------------
+
+// HAPTABLE_MOVERS is the one list. That of laws: test_keys.py.
+TEST(Laws, ThePageOfWhatMovesHasEachMover) {
+    const std::string page = read_file("docs/MOVING.md");
+    const std::string table = page.substr(page.find("\n|"), page.find("\n\n", page.find("\n|")) - page.find("\n|"));
+    for (const char* title : {
+#define HAPTABLE_TITLE(PART, KEY, WORD, TITLE, ...) TITLE,
+             HAPTABLE_MOVERS(HAPTABLE_TITLE)})
+        EXPECT_TRUE(says(table, title)) << "docs/MOVING.md, its first table: " << title;
+}
+
+/// True for a key of a scene that changes the tables.
+bool changes_tables(const std::string& key) {
+    for (const Key& one : scene_keys())
+        if (key == std::string(one.section) + "." + one.name) return one.changes == Changes::kTables;
+    return false;
+}
+
+TEST(Laws, KeysThatTheFirmwareNamesAreAScenes) {
+    for (const char* key : {
+#define HAPTABLE_MOVER_KEY(PART, KEY, ...) KEY,
+#define HAPTABLE_VALUE_KEY(FIELD, KEY) KEY,
+#define HAPTABLE_STAGE_KEY(FIELD, FUNCTION, KEY) KEY,
+             HAPTABLE_MOVERS(HAPTABLE_MOVER_KEY) HAPTABLE_MODEL_KEYS(HAPTABLE_VALUE_KEY, HAPTABLE_STAGE_KEY)})
+        EXPECT_TRUE(changes_tables(key)) << key;
 }
 
 }  // namespace

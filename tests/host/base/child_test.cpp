@@ -9,6 +9,7 @@
 #include <fstream>
 #include <thread>
 
+#include "host/base/shell.hpp"
 #include "tests/error_of.hpp"
 #include "tests/process.hpp"
 #include "tests/temporary_folder.hpp"
@@ -115,6 +116,13 @@ TEST(Child, DoesNotOutliveAKilledParent) {
     };
     for (int tries = 0; tries < 1000 && is_running(); ++tries) std::this_thread::sleep_for(milliseconds(10));
     EXPECT_FALSE(is_running());
+}
+
+TEST(ShellQuoted, IsOneWordOfAShell) {
+    for (const std::string name : {"$(touch pwned)", "`touch pwned`", "'; touch pwned; echo '", "\";touch pwned;\"",
+                                   "a\ntouch pwned\n", "\\'; touch pwned; \\'", "a\\", "'", "''", "*", "~", "a b  c"})
+        EXPECT_EQ(run("printf '%s|' " + shell_quoted(name)).out, name + "|");
+    EXPECT_EQ(no_option("-x"), "./-x");
 }
 
 }  // namespace

@@ -22,10 +22,13 @@
 #include "tests/loop/soft_pair.hpp"
 #include "tests/process.hpp"
 #include "tests/tolerance.hpp"
-#include "tests/wheels.hpp"
 
 namespace haptable::test {
 namespace {
+
+// Packages of PyPI for tests that run without a network; scripts/python.sh brings them (make build/python/ready).
+constexpr const char* kNoWheels = "the packages of PyPI are not there: make test installs them";
+bool has_wheels() { return std::filesystem::exists(build_folder() / "python/ready"); }
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;

@@ -12,7 +12,6 @@
 #include "codegen/in_memory.hpp"
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
-#include "host/precompute/precompute.hpp"
 #include "tests/bodies.hpp"
 #include "tests/error_of.hpp"
 #include "tests/finger.hpp"
@@ -166,15 +165,11 @@ TEST(Fit, FindsTheSceneThatTheServoFelt) {
 // A body that rings comes to rest under the same force: its tables are those of what the modes leave, and stiffer.
 TEST(Fit, TheStiffnessOfABodyThatRingsIsThatOfTheWhole) {
     const auto stiffness = [](bool rings, bool alone) {
-        const TemporaryFolder folder;
         Scene scene = cube_scene(5, 0.3);
         if (rings) scene.body_modes = BodyModes{8, 0.1, 1000.0, 0.0, 1};
         scene.tables.columns = ColumnRows::kNone;
-        Progress quiet(true);
-        precompute(scene, folder.path(), quiet);
-        std::optional<ModeTables> body_modes;
-        if (!alone) body_modes = read_modes(folder.path());
-        return stiffness_at_once(read_tables(folder.path()), body_modes, "top", {.depth_m = 0.003});
+        const SceneFiles files = files_of(scene);
+        return stiffness_at_once(files.tables, alone ? std::nullopt : files.body_modes, "top", {.depth_m = 0.003});
     };
     const double whole = stiffness(false, true);
     EXPECT_GT(stiffness(true, true), 1.01 * whole) << "the test must tell them apart";

@@ -27,6 +27,14 @@ def test_the_page_has_them_all(keys):
         assert f"| `{key}` |" in page
 
 
+@pytest.mark.parametrize("name", ["force", "god_object"])
+def test_the_page_of_contact_has_each_law_in_the_lists_order(keys, name):
+    """host/base/laws.inc is the one list."""
+    rows = (ROOT / "docs/CONTACT.md").read_text().split(f"\n| `{name}` ", 1)[1].split("\n| `", 1)[0]
+    one, = (key for key in keys.keys if (key["section"], key["name"]) == ("contact", name))
+    assert re.findall(r'\| `"([a-z-]+)"`', rows) == one["words"]
+
+
 def test_a_page_is_made_anew_between_its_marks(keys):
     page = with_keys(keys, "a\n<!-- keys: tables -->\nold\n<!-- end -->\nb\n")
     assert "old" not in page
