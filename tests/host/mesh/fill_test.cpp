@@ -282,26 +282,7 @@ TEST_F(Fill, AScanIsWrappedAndFilled) {
     }
 }
 
-/// A box without its top, which the ball must not enter.
-TEST_F(Fill, AHoleIsClosedAndItsDistanceTold) {
-    Shape open = box_shape(4, {1, 1, 1});
-    std::erase_if(open.patch, [&](const auto& patch) {
-        return std::all_of(patch.begin(), patch.end(),
-                           [&](std::int32_t i) { return open.point[std::size_t(i)].z() == 1.0; });
-    });
-    const TetMesh mesh = fill(open, {0.0, 1000});
-    EXPECT_WITHIN(std::abs(audit_mesh(mesh).volume_m3 - 1.0), .epsilon = 0.02);
-    EXPECT_TRUE(says(notes_of(mesh), "1 holes closed"));
-    ASSERT_EQ(mesh.scan_distance_m.size(), mesh.position_m.size());
-    double farthest = 0.0, beside = 0.0;
-    for (std::size_t i = 0; i < mesh.position_m.size(); ++i) {
-        const bool on_lid = mesh.position_m[i].z() > 0.9;
-        (on_lid ? farthest : beside) = std::max(on_lid ? farthest : beside, mesh.scan_distance_m[i]);
-    }
-    EXPECT_WITHIN(std::abs(farthest - 0.5), .epsilon = 0.06) << "the middle of the top, from the nearest side";
-    EXPECT_LT(beside, 0.05) << "half an edge";
-}
-
+// A hole that is closed, and how far from the scan that is: test_check_draws_how_far_a_wrap_is_from_its_scan.
 TEST_F(Fill, AWrapIsMadeWhereTheSceneAsksForIt) {
     const Shape ball = sphere_shape(4, 1.0);
     const TetMesh asked = fill(ball, {0.0, 1000, true}), left = fill(ball, {0.0, 1000});

@@ -5,6 +5,7 @@ import json
 import re
 import signal
 
+import numpy as np
 import pytest
 from programs import ROOT, Outcome, ends, program, run, wait_until
 
@@ -156,12 +157,16 @@ def test_check_draws_how_far_a_wrap_is_from_its_scan(precompute):
     (precompute.folder / "box.off").write_text(
         "OFF\n8 10 0\n0 0 0\n30 0 0\n0 30 0\n30 30 0\n0 0 30\n30 0 30\n0 30 30\n30 30 30\n"
         "3 0 2 1\n3 1 2 3\n3 0 1 5\n3 0 5 4\n3 1 3 7\n3 1 7 5\n3 3 2 6\n3 3 6 7\n3 2 0 4\n3 2 4 6\n")
-    precompute.write((CUBE, 'file = "box.off"\nscale = 0.001\nnode_count = 300'), (BOX, "below = 0.001"))
-    check = precompute.well("scene.toml --check -o a")
+    precompute.write((CUBE, 'file = "box.off"\nscale = 0.001\nnode_count = 1000'), (BOX, "below = 0.001"))
+    check = precompute.well("scene.toml --check -o a --json")
     assert "wrapped before it was filled (the surface does not bound a body: 4 open" in check.err
+    assert "1 holes closed" in check.err
+    assert json.loads(check.out)["volume_m3"] == pytest.approx(0.03**3, rel=0.02)
     data = precompute.drawn()
-    assert len(data["away"]) == len(data["point"])
-    assert data["farthest"] == pytest.approx(0.015, abs=0.003), "the middle of the top, to its nearest side"
+    away, height = np.array(data["away"]), np.reshape(data["point"], (-1, 3))[:, 2]
+    assert len(away) == len(height)
+    assert data["farthest"] == pytest.approx(0.015, abs=0.06 * 0.03), "the middle of the top, to its nearest side"
+    assert away[height < 0.9 * 0.03].max() < 0.05 * 0.03, "half an edge"
     assert b"far from the scan (at most 1" in precompute.read("a/check.html")
 
 
