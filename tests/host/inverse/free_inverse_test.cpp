@@ -7,12 +7,15 @@
 
 #include <mutex>
 
+#include "codegen/rigid_body.hpp"
+#include "host/base/file.hpp"
 #include "host/body/assembly.hpp"
 #include "host/body/rigid_body.hpp"
 #include "host/inverse/cholmod_inverse.hpp"
 #include "host/inverse/free_inverse.hpp"
 #include "tests/bodies.hpp"
 #include "tests/dense.hpp"
+#include "tests/error_of.hpp"
 #include "tests/tolerance.hpp"
 
 namespace haptable {
@@ -145,6 +148,33 @@ TEST(RigidBody, MassScalesAllDensities) {
     const RigidBody scaled = rigid_body_of(scene, make_body(scene, make_mesh(scene.mesh)));
     EXPECT_WITHIN(std::abs(scaled.mass_kg - 0.1), .count = kSums, .size = 0.1);
     EXPECT_WITHIN((scaled.centre_m - as_it_is.centre_m).norm(), .count = kSums, .size = 0.03);
+}
+
+TEST(RigidBody, TheServosIsTheScenes) {
+    const test::TemporaryFolder folder;
+    Progress quiet(true);
+    Scene scene = free_cube(4);
+    scene.free_body->mass_kg = 0.05;
+    scene.free_body->stiffness = {1.0, 2.0, 3.0, 4e-3, 5e-3, 6e-3};
+    scene.free_body->floor = FreeBody::Floor{-0.001, {0.0, 0.0, 1.0}, 0.3};
+    precompute(scene, folder.path(), quiet);
+    const std::optional<haptable_body> body = read_rigid_body(folder.path());
+    ASSERT_TRUE(body);
+    EXPECT_EQ(body->mass_kg, 0.05F);
+    EXPECT_WITHIN(std::abs(double(body->centre_m[1]) - 0.015), .count = 4, .epsilon = test::kFloat, .size = 0.015);
+    EXPECT_WITHIN(std::abs(double(body->inertia_kg_m2[2]) - 0.05 * 0.0009 / 6.0), .count = 4, .epsilon = test::kFloat,
+                  .size = 0.05 * 0.0009 / 6.0);
+    EXPECT_EQ(body->stiffness_n_per_m[1], 2.0F);
+    EXPECT_EQ(body->turn_stiffness_n_m[2], 6e-3F);
+    EXPECT_EQ(body->floor_m, -0.001F);
+    EXPECT_EQ(body->floor_friction, 0.3F);
+    EXPECT_EQ(body->point_count, 8U);
+    EXPECT_EQ(body->gravity_m_per_s2[2], 0.0F);
+    EXPECT_TRUE(test::says(read_file(folder.path() / "model.c"), "struct haptable_body haptable_cube4nu45_body"));
+    EXPECT_TRUE(test::says(read_file(folder.path() / "model.h"), "HAPTABLE_MODEL_BODY"));
+    precompute(test::cube_scene(4, 0.3), folder.path(), quiet);  // held, it has nothing of it
+    EXPECT_FALSE(read_rigid_body(folder.path()));
+    EXPECT_EQ(read_file(folder.path() / "model.h").find("haptable_body"), std::string::npos);
 }
 
 }  // namespace

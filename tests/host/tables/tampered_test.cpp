@@ -184,6 +184,7 @@ TEST_F(TamperedTables, AreWholeToBeginWith) {
     EXPECT_EQ(tables.surface, body.surface.patch);
     EXPECT_EQ(tables.patch, body.touch_patch);
     EXPECT_EQ(tables.node_id, body.touch_node);
+    EXPECT_EQ(tables.node_id.size(), 4U * 4U * 4U - 8U) << "of a body that nothing holds all are free";
     EXPECT_EQ(tables.row_id, body.free_surface_node);
     ASSERT_EQ(tables.position.size(), body.mesh.position_m.size());
     for (std::size_t i = 0; i < tables.position.size(); ++i)
