@@ -147,6 +147,8 @@ void check_vtk(const fs::path& file, std::string_view text) {
     if (set != std::string_view::npos && text.substr(set + 9, 17) != "UNSTRUCTURED_GRID")
         fail(file, fmt::format("is VTK of DATASET {}, not UNSTRUCTURED_GRID: give a volume mesh",
                                text.substr(set + 9, text.find_first_of(" \r\n", set + 9) - set - 9)));
+    if (text.find("\nOFFSETS ") != std::string_view::npos)
+        fail(file, "is VTK of version 5, whose cells have OFFSETS: save it as .vtu, or as legacy VTK 4.2");
     const bool binary = text.substr(0, 1024).find("\nBINARY") != std::string_view::npos;
     if (!binary) refuse_comma_decimals(file, text);
     for (const auto& [word, each] :

@@ -106,6 +106,11 @@ TEST_F(MeshFile, BadFilesAreErrors) {
     expect_error(folder_.path(), "is a folder");
     write_file(folder_.path() / "a.msh", "");
     expect_error(folder_.path() / "a.msh", "the file is empty");
+    write_file(
+        folder_.path() / "a.vtk",
+        "# vtk DataFile Version 5.1\nx\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n0 0 0 1 0 0 0 1 0 0 0 1\n"
+        "CELLS 2 4\nOFFSETS vtktypeint64\n0 4\nCONNECTIVITY vtktypeint64\n0 1 2 3\nCELL_TYPES 1\n10\n");
+    expect_error(folder_.path() / "a.vtk", "is VTK of version 5, whose cells have OFFSETS: save it as .vtu");
     // The name does not decide.
     write_file(folder_.path() / "a.txt", kTwoTets);
     EXPECT_EQ(read_mesh(folder_.path() / "a.txt", 1.0).tet.size(), 2U);
