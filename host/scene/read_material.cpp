@@ -152,6 +152,7 @@ MaterialAxes read_axes(const Section& section, const std::string& vectors, bool 
         else
             axes.field[0] = section.text(field);
         if (axes.field[0].empty()) section.fail(field, "is empty; name cell vectors of the mesh file");
+        if (axes.field[0] == axes.field[1]) section.fail(field, "names one direction twice; a material has two");
     } else if (two) {
         axes.direction = section.two_vectors(vectors, "two directions, [[1, 0, 0], [0, 1, 0]]");
         require_directions(section, vectors, axes.direction[0], &axes.direction[1]);

@@ -294,6 +294,8 @@ WOODEN = [
     (WOOD.replace("[5e3", "[0"), "8: material.shear: is 0 and must be greater than 0"),
     (WOOD.replace("[4e4, 1e4, 1e4]", "4e4"), "6: material.young: must be three moduli, [E1, E2, E3]"),
     (WOOD.replace("[1, 0, 0]", "[0, 0, 1]"), "9: material.axes: its two directions must not be parallel, nor 0"),
+    (WOOD.replace("axes = [[0, 0, 2], [1, 0, 0]]", 'axes_field = ["a", "a"]'),
+     "9: material.axes_field: names one direction twice; a material has two"),
     (WOOD.replace("axes = [[0, 0, 2], [1, 0, 0]]\n", ""),
      "4: material.axes: say how the material lies by one of axes, axes_field and around"),
     (WOOD.replace("shear = [5e3, 5e3, 4e3]\n", ""),
