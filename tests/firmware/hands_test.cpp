@@ -115,7 +115,7 @@ TEST(Hands, ThoseThatRestFeelTheSameInEveryTick) {
             }
         }
         EXPECT_GT(raised, 0);
-        EXPECT_LE(late, 400 / 5);
+        EXPECT_LE(late, 400 / 3);
     }
 }
 
