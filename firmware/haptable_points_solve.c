@@ -338,8 +338,8 @@ static int add(const struct haptable_points_model* of, void* state, int takes_al
     return added;
 }
 
-/* Of a contact that begins where the others have raised the surface, and of one that gives no force. Returns how many
- * of these they raise less than before. With settle a tick goes by the loads of the last one: E only falls. */
+/* Of a contact that begins where the others have raised the surface, and of one that gives no force. Returns for how
+ * many it has changed. With settle a tick goes by the loads of the last one: E only falls. */
 static int put_raised(const struct haptable_points_model* of, void* state) {
     const struct haptable_servo* servo = haptable_points_servos(of, state);
     int fallen = 0;

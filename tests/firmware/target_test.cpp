@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "codegen/in_memory.hpp"
+#include "codegen/loaded_scene.hpp"
 #include "host/target/counts.hpp"
 #include "host/target/strokes.hpp"
 #include "tests/bodies.hpp"
@@ -26,10 +27,8 @@ protected:
     Tables tables() const { return read_tables(build_folder() / scene); }
     /// What the body's own force takes, at any jump: without the limits, by the image that reads its model.
     std::vector<TargetTick> unlimited(const std::vector<std::array<float, 3>>& path_m) const {
-        Tables bare = tables();
-        bare.limits = {};
-        const ServoModel built = build_model(bare);
-        return TargetImage(build_folder(), "cube", target).measure({model_in_memory(bare, built)}, path_m);
+        const LoadedScene bare(read_unlimited(build_folder() / scene));
+        return TargetImage(build_folder(), "cube", target).measure({bare.model()}, path_m);
     }
 };
 
