@@ -146,6 +146,11 @@ RigidBody rigid_body_of(const Scene& scene, const Body& body) {
     return rigid;
 }
 
+void require_movable(const Scene& scene, const RigidBody& rigid) {
+    require_moved(scene, rigid);
+    require_slow(scene, rigid);
+}
+
 std::array<std::int32_t, 3> find_holds(const Body& body) {
     Vector3d centre_m = Vector3d::Zero();
     for (const Vector3d& p : body.mesh.position_m) centre_m += p;
@@ -197,8 +202,6 @@ void require_one_body(const Scene& scene, const Body& body) {
 
 void write_rigid_body(const Scene& scene, const Body& body, const RigidBody& rigid,
                       const std::filesystem::path& folder) {
-    require_moved(scene, rigid);
-    require_slow(scene, rigid);
     const Matrix3d& j = rigid.inertia_kg_m2;
     const auto& [k, d] = std::pair{scene.free_body->stiffness, scene.free_body->damping};
     nlohmann::ordered_json json{

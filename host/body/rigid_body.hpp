@@ -22,6 +22,9 @@ struct RigidBody {
 /// The rigid body of a scene with free_body.
 RigidBody rigid_body_of(const Scene& scene, const Body& body);
 
+/// Throws Error where mass or inertia are beyond what a servo moves, or the suspension is too fast for it.
+void require_movable(const Scene& scene, const RigidBody& rigid);
+
 /// Three nodes, far apart: from the centre, from one another, and from the line of those two.
 std::array<std::int32_t, 3> find_holds(const Body& body);
 
@@ -37,7 +40,6 @@ Stiffness assemble_held(const Scene& scene, const Body& body);
 void require_one_body(const Scene& scene, const Body& body);
 
 /// What the servo reads of it: body.json, in the names of haptable_body.h; with a floor, what of the body rests on it.
-/// Throws Error where the suspension is too fast for a servo.
 void write_rigid_body(const Scene& scene, const Body& body, const RigidBody& rigid,
                       const std::filesystem::path& folder);
 

@@ -20,6 +20,7 @@
 #include "host/precompute/facts.hpp"
 #include "host/precompute/foretell.hpp"
 #include "host/precompute/owner.hpp"
+#include "host/precompute/requirements.hpp"
 #include "host/precompute/tell.hpp"
 #include "host/precompute/write_tables.hpp"
 #include "host/tables/own_tables.hpp"
@@ -148,6 +149,8 @@ void check(const Scene& scene, const Options& options) {
     if (!under_constrained.empty())
         throw Error(
             fmt::format("{}: fixed: {}", scene.file.string(), describe_under_constrained(under_constrained, body)));
+    if (scene.free_body) require_movable(scene, rigid_body_of(scene, body));
+    require_servo(scene, body);
 }
 
 /// Ctrl-C among the columns leaves what is done of them: says so.

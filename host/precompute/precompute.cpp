@@ -415,7 +415,7 @@ Result precompute(const Scene& given, const fs::path& folder_in, Progress& progr
     summary.audit = audit_mesh(body.mesh, body.surface);
     summary.supports = require_constrained(scene, body);
     std::optional<RigidBody> rigid;
-    if (scene.free_body) rigid = rigid_body_of(scene, body);
+    if (scene.free_body) require_movable(scene, rigid.emplace(rigid_body_of(scene, body)));
     require_servo(scene, body);
     const Drawing drawing = choose_drawing(scene, inverse, body);
     summary.identity = {hash_model(scene, body), hash_body(scene, body), options.tolerance, options.column_tolerance,

@@ -183,6 +183,19 @@ def test_check_takes_a_body_that_is_free(precompute):
     assert precompute("scene.toml --check").status == 1, "two parts that touch nowhere are no free body"
 
 
+@pytest.mark.parametrize("keys, why", [
+    ("[body]\nfree = true\nmass = 0.01\nsuspension = [4e3, 0, 0, 0, 0, 0]\n", "9: body.suspension: entry 0 swings"),
+    ("[body]\nfree = true\ndensity = 1e-3\n", "9: body.density: the body has 2.7e-08 kg, and a servo moves 1e-06 to"),
+    (HELD + "[tables]\nflash_budget = 300\n", "take 1664 bytes and tables.flash_budget is 300:")],
+                         ids=["swings", "light", "large"])
+def test_what_no_servo_takes_is_refused_before_it_is_computed(precompute, keys, why):
+    precompute.write((HELD, keys))
+    check, whole = (precompute("scene.toml " + how) for how in ("--check", "-o a"))
+    assert (check.status, whole.status) == (1, 1)
+    assert "nodes 27," in check.out and why in check.err
+    assert check.err.splitlines()[-1] == whole.err.splitlines()[-1]
+
+
 @pytest.mark.parametrize("holds", [HELD, "[body]\nfree = true\nmass = 0.1\n",
                                    HELD + '[contact]\nforce = "pressure-mask"\nmask_radius = 0.006\n'],
                          ids=["held", "free", "mask"])
