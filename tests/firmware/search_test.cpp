@@ -70,6 +70,25 @@ TEST(Search, LateEntriesAreEntries) {
     EXPECT_GT(limits, 30U);
 }
 
+// Rounding puts a finger that lies on a patch to either side of it: a path that begins there enters as it goes in.
+TEST(Search, APathThatBeginsWithinRoundingOfAPatchEntersIt) {
+    std::mt19937 random(8);
+    std::uniform_real_distribution<double> u(0.1, 0.3), height(-0.9, 0.9);
+    for (const Shape& shape : {box_shape(4, Vector3d(0.03, 0.03, 0.03)), sphere_shape(3, 0.03), l_shape(4, 0.03)}) {
+        const TestModel model(shape);
+        const double tolerance = model.get()->tolerance_m;
+        for (int i = 0; i < 200; ++i) {
+            const int patch = int(random() % model.servo().patch.size());
+            const Vector3d a = model.corner(patch, 0), b = model.corner(patch, 1) - a, c = model.corner(patch, 2) - a;
+            const Vector3d on = a + u(random) * b + u(random) * c, outward = b.cross(c).normalized();
+            Finger finger(model);
+            finger.to(on + height(random) * tolerance * outward);
+            finger.to(on - 0.01 * model.size() * outward);
+            EXPECT_TRUE(finger.touches()) << shape.name << " patch " << patch;
+        }
+    }
+}
+
 // What codegen states: no segment of up to 5 mm visits more boxes; and it states not much more than there are.
 TEST(Search, NoFastWayVisitsMoreBoxesThanStated) {
     for (const Shape& shape : {box_shape(4, Vector3d(0.03, 0.03, 0.03)), sphere_shape(4, 0.03),
