@@ -190,6 +190,7 @@ std::string tables_text(ordered_json facts, const Summary& summary, const std::s
     facts["hash"] = ordered_json::object();
     for (const WrittenFile& file : summary.files) facts["hash"][file.name] = file.hash;
     facts["summary"] = summary_hash;
+    facts["facts_hash"] = hash_facts(facts);
     return json_text(facts, 1) + "\n";
 }
 

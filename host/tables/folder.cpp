@@ -42,6 +42,13 @@ std::uint64_t hash_in(const nlohmann::json& facts, const char* key, const fs::pa
 
 }  // namespace
 
+std::string hash_facts(nlohmann::json facts) {
+    facts.erase("facts_hash");
+    Hash hash;
+    hash.add(json_text(facts));
+    return hash.text();
+}
+
 struct TablesFolder::Content {
     fs::path path;
     nlohmann::json facts;
@@ -74,6 +81,7 @@ TablesFolder::TablesFolder(fs::path path) : content_(std::make_shared<Content>()
 
 std::optional<TablesFolder> TablesFolder::if_whole(const fs::path& path) try {
     TablesFolder folder(path);
+    if (folder.facts().value("facts_hash", nlohmann::json()) != hash_facts(folder.facts())) return {};
     for (const auto& [name, hash] : folder.content_->hash) folder.file(name);
     return folder;
 } catch (const Error&) {

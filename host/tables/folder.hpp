@@ -17,6 +17,9 @@
 
 namespace haptable {
 
+/// What tables.json has as its facts_hash: of all else that it says.
+std::string hash_facts(nlohmann::json facts);
+
 /// Every reader of tables opens their files through it. Copies share what was checked; any number of threads may ask.
 class TablesFolder {
 public:

@@ -385,6 +385,10 @@ TEST_F(PrecomputeRun, UnchangedTablesAreNotComputedAgain) {
     text[200] ^= 1;
     write_file(out_ / "stiffness.npy", text);
     EXPECT_FALSE(run(scene).unchanged) << "a file that was changed without a change of its size";
+    text = read_file(out_ / "tables.json");
+    text[text.find("\"tables_hash\": \"") + 16] ^= 1;
+    write_file(out_ / "tables.json", text);
+    EXPECT_FALSE(run(scene).unchanged) << "a changed tables.json";
     fs::remove(out_ / "model.c");
     EXPECT_FALSE(run(scene).unchanged) << "a missing file";
     EXPECT_TRUE(run(scene).unchanged);
