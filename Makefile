@@ -383,10 +383,11 @@ lint: all $(BUILD)/tests/unit | $(BUILD)/setup-lint.stamp
 	@BUILD=$(BUILD) sh scripts/lint.sh
 
 # tidy: clang-tidy on the rooms that changed since it had nothing to say, in any clone (half a minute a room)
-# Not the servo's mains, which need a scene's model.h, nor the bench's, which is made of Google Benchmark's
-# macros, nor a peer's, which needs that library.
+# Not the servo's mains and the images' programs, which need a scene's model.h, nor the bench's, which is made of
+# Google Benchmark's macros, nor a peer's, which needs that library.
 TIDY = $(filter-out host/session/servo/main.cpp host/bench/main.cpp host/bench/peers/% $(if $(shell command -v mpicxx),,host/precompute/mpi/% host/inverse/mpi/%),\
-    $(shell find host codegen -name '*.cpp') $(wildcard firmware/*.c))
+    $(shell find host codegen -name '*.cpp') $(wildcard firmware/*.c) \
+    $(patsubst %,firmware/port/%.c,haptable_memory haptable_scene_reader haptable_ticks measure))
 .PHONY: tidy
 tidy: $(patsubst %,$(BUILD)/tidy/%.ok,$(filter %.c,$(TIDY))) | $(BUILD)/setup-lint.stamp
 	@$(if $(filter %.cpp,$(TIDY)),rooms=$$(sh scripts/units.sh --write 99999 $(BUILD)/tidy/UnifiedSource- $(filter %.cpp,$(TIDY))) && $(MAKE) --no-print-directory $$(echo "$$rooms" | sed 's/$$/.ok/'),:)

@@ -33,10 +33,10 @@ static uint32_t take_choice(struct haptable_scene_reader* in, uint32_t choices) 
 #define TAKE_VALUE(type, name) take(in, &to->name, sizeof to->name);
 #define TAKE_TABLE(type, name, count) to->name = take_table(in, sizeof *to->name);
 #define CHOICE(function) function,
-#define TAKE_FUNCTION(type, name, choices)                                    \
-    {                                                                         \
-        static type* const choice[] = {0, choices(CHOICE)};                   \
-        to->name = choice[take_choice(in, sizeof choice / sizeof choice[0])]; \
+#define TAKE_FUNCTION(type, name, choices)                                                                         \
+    {                                                                                                              \
+        static type* const choice[] = {0, choices(CHOICE)}; /* NOLINT(bugprone-macro-parentheses): it is a type */ \
+        to->name = choice[take_choice(in, sizeof choice / sizeof choice[0])];                                      \
     }
 #define TAKE_PART(type, name) \
     if (take_word(in)) to->name = take_##name(in, &in->name);
