@@ -6,8 +6,8 @@
 children=""
 stop_children() {
     for child in $children; do kill "$child" 2>/dev/null || true; done
-    # lcm-logger does not hear a signal that comes before its loop runs.
-    { sleep 2 && for child in $children; do kill -9 "$child" 2>/dev/null || true; done; } &
+    # lcm-logger does not hear a signal that comes before its loop runs. Its sleep outlives us: no pipe of ours is its.
+    { sleep 2 && for child in $children; do kill -9 "$child" || true; done; } >/dev/null 2>&1 &
     killer=$!
     for child in $children; do wait "$child" || true; done
     kill "$killer" 2>/dev/null || true
