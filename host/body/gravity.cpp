@@ -41,6 +41,24 @@ double force_change(const Body& body, const NodeWeights& load, const Eigen::Spar
         .maxCoeff();
 }
 
+/// Throws Error where a sag, linear as it is, turns tetrahedra inside out: the surface that is touched would be wrong.
+void require_unturned(const Scene& scene, const Body& body, const std::vector<Eigen::Vector3d>& sag_m) {
+    const auto at = [&](std::int32_t node) {
+        const auto i = static_cast<std::size_t>(node);
+        return Eigen::Vector3d(body.mesh.position_m[i] + sag_m[i]);
+    };
+    const auto is_turned = [&](const Tet& tet) {
+        const Eigen::Vector3d a = at(tet[0]), u = at(tet[1]) - a, v = at(tet[2]) - a, w = at(tet[3]) - a;
+        return u.cross(v).dot(w) <= 0.0;
+    };
+    const auto turned = std::count_if(body.mesh.tet.begin(), body.mesh.tet.end(), is_turned);
+    if (turned == 0) return;
+    throw Error(
+        fmt::format("{}: gravity: the body's weight turns {} of its {} tetrahedra inside out: make it stiffer, hold it "
+                    "elsewhere, or give density in kg/m^3",
+                    scene.file.string(), turned, body.mesh.tet.size()));
+}
+
 }  // namespace
 
 std::vector<Eigen::Vector3d> find_sag(const Scene& scene, const Body& body, const LinearSolver& solver) {
@@ -51,6 +69,7 @@ std::vector<Eigen::Vector3d> find_sag(const Scene& scene, const Body& body, cons
     std::vector<Eigen::Vector3d> sag_m(body.unknown.size(), Eigen::Vector3d::Zero());
     for (std::size_t k = 0; k < body.free_node.size(); ++k)
         sag_m[static_cast<std::size_t>(body.free_node[k])] = x.block<3, 1>(3 * static_cast<Index>(k), 0);
+    require_unturned(scene, body, sag_m);
     return sag_m;
 }
 
@@ -110,12 +129,25 @@ void require_unbuckled(const Scene& scene, const GravityFacts& facts) {
                     scene.file.string(), facts.load_factor));
 }
 
-std::vector<std::string> gravity_warnings(const Scene& scene, const std::optional<GravityFacts>& facts) {
-    if (!facts || scene.gravity->prestress || facts->force_change <= GravityFacts::kFelt) return {};
-    return {
-        fmt::format("{}: gravity: the stress of the body's weight changes the force by up to {:.2g} %; write "
-                    "prestress = true in [gravity] to take it",
-                    scene.file.string(), 100.0 * facts->force_change)};
+std::vector<std::string> gravity_warnings(const Scene& scene, const std::optional<GravityFacts>& facts, double size_m) {
+    if (!facts) return {};
+    std::vector<std::string> warnings;
+    const std::string body = scene.file.string() + ": gravity: ";
+    if (facts->largest_sag_m > GravityFacts::kMostSag * size_m)
+        warnings.push_back(body + fmt::format("the body sags by {:.3g} m, more than a tenth of its size, and sag is "
+                                              "linear: make it stiffer, or hold it elsewhere",
+                                              facts->largest_sag_m));
+    if (scene.gravity->prestress || facts->force_change <= GravityFacts::kFelt) return warnings;
+    const bool buckles = facts->load_factor > 0.0 && facts->load_factor <= 1.0;
+    const bool is_excluded = scene.body_modes || scene.material.stiffening;
+    warnings.push_back(body + fmt::format("the stress of the body's weight changes the force by up to {:.2g} %; {}",
+                                          100.0 * facts->force_change,
+                                          buckles ? fmt::format("it buckles at {:.3g} times that: make it stiffer, or "
+                                                                "hold it elsewhere",
+                                                                facts->load_factor)
+                                          : is_excluded ? "prestress = true takes it, without modes and stiffening"
+                                                        : "write prestress = true in [gravity] to take it"));
+    return warnings;
 }
 
 std::string describe(const Scene& scene, const GravityFacts& facts) {

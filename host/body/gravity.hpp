@@ -16,7 +16,8 @@
 namespace haptable {
 
 struct GravityFacts {
-    static constexpr double kFelt = 0.01;  ///< of the force, from which on prestress is worth asking for
+    static constexpr double kFelt = 0.01;    ///< of the force, from which on prestress is worth asking for
+    static constexpr double kMostSag = 0.1;  ///< of the body's size, to which its small strain is good
     double weight_n = 0.0;
     double largest_sag_m = 0.0;
     std::int32_t lowest_node = 0;  ///< where that is
@@ -24,7 +25,7 @@ struct GravityFacts {
     double load_factor = 0.0;   ///< the multiple of the weight at which the body buckles; 0: it stiffens it everywhere
 };
 
-/// [N] m, held nodes 0. The solver's K is assemble_free().
+/// [N] m, held nodes 0. The solver's K is assemble_free(). Throws Error where it turns tetrahedra inside out.
 std::vector<Eigen::Vector3d> find_sag(const Scene& scene, const Body& body, const LinearSolver& solver);
 
 /// K_sigma of the free nodes under that sag, N/m.
@@ -42,8 +43,9 @@ GravityFacts judge_gravity(const Scene& scene, const Body& body, const Masks& ma
 /// Throws Error where the body buckles under its own weight, or less.
 void require_unbuckled(const Scene& scene, const GravityFacts& facts);
 
-/// "the body's weight changes the force by up to 3 % ...": where that is felt and not taken.
-std::vector<std::string> gravity_warnings(const Scene& scene, const std::optional<GravityFacts>& facts);
+/// "the body's weight changes the force by up to 3 % ...": where that is felt and not taken; and a sag beyond small
+/// strain. size_m: the longest side of the body's box.
+std::vector<std::string> gravity_warnings(const Scene& scene, const std::optional<GravityFacts>& facts, double size_m);
 
 /// One line for people.
 std::string describe(const Scene& scene, const GravityFacts& facts);

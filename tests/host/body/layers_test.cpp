@@ -316,10 +316,16 @@ TEST_F(GravityRun, PrestressIsRefusedWhereItBuckles) {
     run(scene, "loaded");
     EXPECT_EQ(json_text(summary("loaded")["warnings"]).find("prestress"), std::string::npos);
     scene.fixed = {kBottom};
-    scene.material.young_pa = 20.0;  // stands under a weight that a hundredth of would do
+    scene.material.young_pa = 400.0;  // stands under a weight that half of would do
     const std::string refused = test::error_of([&] { run(scene, "buckled"); });
-    EXPECT_TRUE(test::says(refused, "gravity: the body buckles at 0.0"));
+    EXPECT_TRUE(test::says(refused, "gravity: the body buckles at 0."));
     EXPECT_TRUE(test::says(refused, "times its own weight"));
+    scene.gravity->prestress = false;
+    run(scene, "soft");
+    const std::string warned = json_text(summary("soft")["warnings"]);
+    EXPECT_TRUE(test::says(warned, "more than a tenth of its size, and sag is linear"));
+    EXPECT_TRUE(test::says(warned, "it buckles at 0."));
+    EXPECT_FALSE(test::says(warned, "write prestress"));
 }
 
 }  // namespace
