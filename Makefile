@@ -74,7 +74,7 @@ HOST_FILES := $(shell find host codegen -name '*.cpp' -not -path '*/mpi/*' -not 
 TEST_FILES := $(shell find tests -name '*.cpp' -not -path 'tests/fuzz/*' -not -path 'tests/soak/*' -not -path 'tests/host/mpi/ranks/*')
 UNITED := $(filter-out %/main.cpp host/mesh/cgal/% host/mesh/gmsh/% $(ALONE),$(HOST_FILES)) $(TEST_FILES)
 # What the library holds, besides the firmware: files of its own options (packaging/install.mk) in units of their own.
-LIBRARY_CXX := $(wildcard host/library/*.cpp host/tables/*.cpp) $(addprefix host/base/,file.cpp hash.cpp json.cpp scene_options.cpp stiffening.cpp summary_lines.cpp) \
+LIBRARY_CXX := $(wildcard host/library/*.cpp host/tables/*.cpp) $(addprefix host/base/,file.cpp hash.cpp json.cpp limits.cpp scene_options.cpp stiffening.cpp summary_lines.cpp) \
     host/session/energy.cpp $(filter-out $(addprefix codegen/,main.cpp text.cpp display.cpp),$(wildcard codegen/*.cpp))
 write_units = { sh scripts/units.sh $(1) 1400 $(BUILD)/units/ $(filter-out $(LIBRARY_CXX),$(UNITED)); sh scripts/units.sh $(1) 1400 $(BUILD)/units/library/ $(LIBRARY_CXX); }
 UNITS := $(shell $(write_units))

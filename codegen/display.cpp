@@ -22,10 +22,7 @@ constexpr float kSteps = 32767.0F;
 std::size_t row_of(const Tables& tables, std::int32_t node) {
     const auto at = std::find(tables.row_id.begin(), tables.row_id.end(), node);
     if (at == tables.row_id.end())
-        throw Error(
-            fmt::format("{}: tables.display_rows: node {} has no columns: it is fixed, or lies inside (columns = "
-                        "\"all\" keeps those)",
-                        tables.scene_file, node));
+        throw Error(fmt::format("{}: tables.display_rows: node {} has no columns", tables.scene_file, node));
     return static_cast<std::size_t>(at - tables.row_id.begin());
 }
 

@@ -44,7 +44,7 @@ void set_keys(const SceneOptions& options, haptable_model& model) {
 /// What the scene switches off is not named, and so not linked.
 void set_limits(const SafetyLimits& limits, double max_force_n, haptable_model& model) {
     const double mean2 = limits.mean_force_n * limits.mean_force_n, most2 = max_force_n * max_force_n;
-    const bool has_mean = mean2 > 0.0 && mean2 < most2;  // a larger mean there cannot be
+    const bool has_mean = limits.has_mean(max_force_n);
     model.plausible = limits.max_speed_m_s > 0.0 ? haptable_plausible_motion : nullptr;
     model.max_motion_m = static_cast<float>(limits.max_speed_m_s * kServoTick_s);
     model.rate = limits.max_force_rate_n_per_s > 0.0 ? haptable_limit_rate : nullptr;
@@ -53,12 +53,8 @@ void set_limits(const SafetyLimits& limits, double max_force_n, haptable_model& 
     model.mean_limit_n2 = has_mean ? static_cast<float>(mean2) : 0.0F;
     model.mean_share = has_mean ? static_cast<float>(kServoTick_s / limits.mean_force_time_s) : 0.0F;
     model.mean_slope = has_mean ? static_cast<float>(2.0 * (most2 / mean2 - 1.0)) : 0.0F;
-    if (has_mean && (1.0 + 2.0 * (most2 / mean2 - 1.0)) * kServoTick_s > limits.mean_force_time_s)
-        throw Error(
-            fmt::format("device.mean_force_time = {} s is too short for max_force = {} N and mean_force = {} N: "
-                        "give {:.2g} s or more",
-                        limits.mean_force_time_s, max_force_n, limits.mean_force_n,
-                        1.01 * (2.0 * most2 / mean2 - 1.0) * kServoTick_s));
+    if (const std::string fault = fault_of_mean(limits, max_force_n); !fault.empty())
+        throw Error("device.mean_force_time: " + fault);
     model.resume = limits.ramp_s > 0.0 ? haptable_resume_ramp : nullptr;
     model.resume_gain = limits.ramp_s > 0.0 ? static_cast<float>(kServoTick_s / limits.ramp_s) : 0.0F;
     model.limit =

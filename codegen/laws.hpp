@@ -3,11 +3,12 @@
 #pragma once
 
 #include "firmware/haptable_model.h"
+#include "host/base/limits.hpp"
 #include "host/tables/tables.hpp"
 
 namespace haptable {
 
-inline constexpr double kServoTick_s = 1e-6 * HAPTABLE_TICK_US;
+static_assert(kServoTick_s == 1e-6 * HAPTABLE_TICK_US);
 
 /// What a tick does to a term's load: by which part it falls, and what is left of a change that came during the tick.
 struct TickRelaxation {

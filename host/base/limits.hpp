@@ -3,8 +3,11 @@
 #pragma once
 
 #include <numbers>
+#include <string>
 
 namespace haptable {
+
+inline constexpr double kServoTick_s = 0.001;  ///< HAPTABLE_TICK_US of the firmware
 
 /// 0: without that limit, and without a byte of it in the firmware (docs/SAFETY.md).
 struct SafetyLimits {
@@ -15,6 +18,9 @@ struct SafetyLimits {
     double ramp_s = 0.0;  ///< in which a force comes back inside the body; 0: after the finger has left it
     bool grab = false;    ///< a button holds the contact
     bool check = false;   ///< of the tables' CRC, before the first force and again
+
+    /// A mean that is larger than the largest force cannot be.
+    bool has_mean(double max_force_n) const { return mean_force_n > 0.0 && mean_force_n < max_force_n; }
 
     bool operator==(const SafetyLimits&) const = default;
 };
@@ -27,6 +33,9 @@ inline SafetyLimits at_body(SafetyLimits hand, double motion_scale, double force
     hand.mean_force_n /= force_scale;
     return hand;
 }
+
+/// What is wrong with mean_force_time beside these forces; empty: nothing.
+std::string fault_of_mean(const SafetyLimits& limits, double max_force_n);
 
 /// Time of a force on its way to the motors and behind their lag of first order, s.
 inline double whole_delay_s(double delay_s, double bandwidth_hz) {

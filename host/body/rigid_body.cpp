@@ -11,6 +11,7 @@
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/json.hpp"
+#include "host/base/limits.hpp"
 #include "host/base/mass_range.hpp"
 #include "host/body/assembly.hpp"
 #include "host/body/under_constrained.hpp"
@@ -24,9 +25,6 @@ using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
-
-// As firmware/haptable_body.h has them.
-constexpr double kTick_s = 0.001;
 
 // A tick's turn, relative to a second: where the midpoint rule is 2 % slow.
 constexpr double kMostFrequency_hz = 80.0;
@@ -117,7 +115,7 @@ std::vector<double> list(const Vector& v) {
 void add_floor(const Scene& scene, const Body& body, const RigidBody& rigid, nlohmann::ordered_json& json) {
     const auto& floor = scene.free_body->floor;
     const Vector3d up = floor ? Vector3d(floor->normal[0], floor->normal[1], floor->normal[2]) : Vector3d::UnitZ();
-    const double stiffness = rigid.mass_kg * std::pow(kFloorTurn / kTick_s, 2);
+    const double stiffness = rigid.mass_kg * std::pow(kFloorTurn / kServoTick_s, 2);
     json["floor_normal"] = list(up);
     json["floor_along"] = list(Vector3d(up.unitOrthogonal()));
     json["floor_m"] = floor ? floor->height_m - body.mesh.origin_m.dot(up) : 0.0;

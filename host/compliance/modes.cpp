@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "host/base/error.hpp"
+#include "host/base/limits.hpp"
 #include "host/base/mass_range.hpp"
 
 namespace haptable {
@@ -14,8 +15,6 @@ namespace {
 
 using Eigen::Index;
 using Eigen::Vector3d;
-
-constexpr double kTick_s = 0.001;  // HAPTABLE_TICK_US
 
 double hz_of(double omega_rad_per_s) { return omega_rad_per_s / (2.0 * std::numbers::pi); }
 
@@ -34,7 +33,7 @@ Vector3d shape_at(const Body& body, const PairControls& controls, const NodeWeig
 }  // namespace
 
 void require_rendered(const Scene& scene, const NaturalModes& modes) {
-    constexpr double kNyquist_hz = 0.5 / kTick_s;
+    constexpr double kNyquist_hz = 0.5 / kServoTick_s;
     if (const double slowest_hz = hz_of(modes.omega_rad_per_s[0]); !(slowest_hz >= kLeastMode_hz))
         throw Error(
             fmt::format("{}:{}: body.modes: mode 1 swings with {:.3g} Hz, and a servo's modes with {:g} Hz at "

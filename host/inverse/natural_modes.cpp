@@ -132,9 +132,8 @@ void require_modes(const LinearSolver& l, const Eigen::SparseMatrix<double>& mas
 }  // namespace
 
 NaturalModes find_modes(const LinearSolver& l, const Eigen::SparseMatrix<double>& mass, int count) {
-    if (count < 1 || Index{4} * count > mass.rows())
-        throw Error(fmt::format("body.modes: {} of a body that has {} unknowns: ask for at most {}", count, mass.rows(),
-                                mass.rows() / 4));
+    if (count < 1 || count > most_modes(mass.rows()))
+        throw Error(fmt::format("body.modes: {} of a body that has {} unknowns", count, mass.rows()));
     Lanczos lanczos(l, mass, count);
     lanczos.iterate();
     auto [omega2, shape] = lanczos.modes();

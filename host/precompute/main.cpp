@@ -137,11 +137,17 @@ void check(const Scene& scene, const Options& options) {
     Foretold told;
     if (under_constrained.empty()) {
         Progress progress(options.telling.quiet);
-        told = foretell(scene, body, progress);
+        try {
+            told = foretell(scene, body, progress);
+        } catch (const Error&) {
+            progress.clear();
+            print_check(scene, audit, find_supports(body, under_constrained), options);
+            throw;
+        }
         progress.clear();
     }
     say(options.telling, "warning", locking_warnings(scene, told.locking));
-    say(options.telling, "warning", gravity_warnings(scene, told.gravity));
+    say(options.telling, "warning", gravity_warnings(scene, told.gravity, audit.box_m.sizes().maxCoeff()));
     print_check(scene, audit, find_supports(body, under_constrained), options, told.gravity);
     if (told.gravity && !options.telling.json && !options.telling.quiet)
         fmt::print("{}", describe(scene, *told.gravity));
@@ -150,6 +156,7 @@ void check(const Scene& scene, const Options& options) {
         throw Error(
             fmt::format("{}: fixed: {}", scene.file.string(), describe_under_constrained(under_constrained, body)));
     if (scene.free_body) require_movable(scene, rigid_body_of(scene, body));
+    require_rows_and_modes(scene, body);
     require_servo(scene, body);
 }
 

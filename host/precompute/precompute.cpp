@@ -14,6 +14,7 @@
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/hash.hpp"
+#include "host/base/interrupt.hpp"
 #include "host/body/assembly.hpp"
 #include "host/body/rigid_body.hpp"
 #include "host/body/sample_tool.hpp"
@@ -172,6 +173,16 @@ MaskSummary make_mask(const Run& run) {
             masks.most_nodes, masks.widened,    masks.vertex_id.size() + masks.edge_id.size()};
 }
 
+/// What is found wrong with tables is told of the scene that they are of.
+template <typename Work>
+auto in_scene(const Scene& scene, Work work) try {
+    return work();
+} catch (const Interrupted&) {
+    throw;
+} catch (const Error& error) {
+    throw Error(scene.file.string() + ": " + error.what());
+}
+
 /// What couples two fingers, and how good it is.
 PairSummary make_pair(const Run& run) {
     constexpr std::size_t kPlaces = 10000, kOfExact = 500;  // where nothing is left out, the eigenvalue alone is asked
@@ -181,8 +192,9 @@ PairSummary make_pair(const Run& run) {
     const Eigen::MatrixXd l = loaded_compliance(inverse, controls, body.unknown, progress);
     const double meeting_m = meeting_distance(scene, body);
     run.clock.begin("clusters");
-    const PairTables tables =
-        make_pair_tables(controls, l, meeting_m, scene.tables.coupling_bytes, scene.contact, progress);
+    const PairTables tables = in_scene(scene, [&] {
+        return make_pair_tables(controls, l, meeting_m, scene.tables.coupling_bytes, scene.contact, progress);
+    });
     write_pair(tables, beside);
     return {tables, measure_pair(controls, l, tables, scene.contact, tables.is_exact() ? kOfExact : kPlaces)};
 }
@@ -387,7 +399,7 @@ void write(const Run& run, const Matrices& stiffness_n_per_m, const std::optiona
     list_files(beside, summary.files);
     write_file(beside / "tables.json", tables_text(facts_of(scene, body, summary), summary, ""));
     clock.begin("codegen");
-    summary.size = generate_model(beside, options.code);
+    summary.size = in_scene(scene, [&] { return generate_model(beside, options.code); });
     list_files(beside, summary.files);
     summary.stages = clock.end();
     const nlohmann::ordered_json facts = facts_of(scene, body, summary);
@@ -416,6 +428,7 @@ Result precompute(const Scene& given, const fs::path& folder_in, Progress& progr
     summary.supports = require_constrained(scene, body);
     std::optional<RigidBody> rigid;
     if (scene.free_body) require_movable(scene, rigid.emplace(rigid_body_of(scene, body)));
+    require_rows_and_modes(scene, body);
     require_servo(scene, body);
     const Drawing drawing = choose_drawing(scene, inverse, body);
     summary.identity = {hash_model(scene, body), hash_body(scene, body), options.tolerance, options.column_tolerance,

@@ -3,11 +3,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "codegen/codegen.hpp"
 #include "codegen/model.hpp"
 #include "host/base/error.hpp"
 #include "host/body/rigid_body.hpp"
 #include "host/compliance/compliance.hpp"
+#include "host/inverse/natural_modes.hpp"
+#include "host/precompute/plan.hpp"
 
 namespace haptable {
 
@@ -48,6 +52,22 @@ void require_servo(const Scene& scene, const Body& body) {
     }
 }
 
+void require_rows_and_modes(const Scene& scene, const Body& body) {
+    const std::vector<std::int32_t>& rows = rows_of(scene, body);
+    for (const std::int32_t node : scene.tables.display_rows) {
+        if (std::find(rows.begin(), rows.end(), node) != rows.end()) continue;
+        const bool is_known = static_cast<std::size_t>(node) < body.mesh.position_m.size();
+        throw Error(fmt::format("{}: tables.display_rows: node {} {}", scene.file.string(), node,
+                                is_known ? "has no columns: it is fixed, or lies inside (columns = \"all\" keeps those)"
+                                         : fmt::format("is none of the mesh's {} nodes", body.mesh.position_m.size())));
+    }
+    const int most = most_modes(3 * static_cast<Eigen::Index>(body.free_node.size()));
+    if (scene.body_modes && scene.body_modes->modes > most)
+        throw Error(fmt::format("{}:{}: body.modes: {} of a body that has {} free nodes: ask for at most {}",
+                                scene.file.string(), scene.body_modes->line, scene.body_modes->modes,
+                                body.free_node.size(), most));
+}
+
 double require_pivots(const Scene& scene, const Body& body, const Stiffness& k, const LinearSolver& solver,
                       const FactorFacts& facts) {
     const double least = facts.weakest ? facts.weakest->ratio : least_scaled_eigenvalue(k, solver);
@@ -66,7 +86,8 @@ void require_residual(const Scene& scene, double residual) {
     if (!(residual < kLargestResidual))
         throw Error(
             fmt::format("{}: the solves leave a residual of {:.3g}, more than {}: K is too badly conditioned; "
-                        "mend slivers in the mesh, or lower a Poisson's ratio near 0.5",
+                        "mend slivers in the mesh, lower a Poisson's ratio near 0.5, or make regions, layers and "
+                        "directions less unlike in stiffness",
                         scene.file.string(), residual, kLargestResidual));
 }
 

@@ -14,6 +14,9 @@ std::vector<Support> require_constrained(const Scene& scene, const Body& body);
 /// needs besides the paper's tables is counted when they are written.
 void require_servo(const Scene& scene, const Body& body);
 
+/// What else of a scene its mesh decides: nodes of display_rows have columns, modes are few enough.
+void require_rows_and_modes(const Scene& scene, const Body& body);
+
 /// No pivot is zero to rounding: what the mesh could not tell. Returns the least as a fraction of K's diagonal; where
 /// the solver does not tell it, a bound from below.
 double require_pivots(const Scene& scene, const Body& body, const Stiffness& k, const LinearSolver& solver,

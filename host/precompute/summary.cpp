@@ -245,11 +245,21 @@ std::vector<std::string> press_warnings(const Scene& scene, const std::optional<
                     press.stiffness_n_per_m, fit->pressed->stiffness_n_per_m, factor * scene.material.young_pa)};
 }
 
+// Of the forces of two contacts, from which on it is felt.
+constexpr double kMostPairError = 0.1;
+
 std::vector<std::string> run_warnings(const Scene& scene, const Summary& summary) {
     std::vector<std::string> warnings = locking_warnings(scene, summary.inverse.locking);
     for (const std::string& warning : digit_warnings(scene, summary)) warnings.push_back(warning);
     for (const std::string& warning : press_warnings(scene, summary.stiffening)) warnings.push_back(warning);
-    for (const std::string& warning : gravity_warnings(scene, summary.inverse.gravity)) warnings.push_back(warning);
+    const double size_m = summary.audit.box_m.sizes().maxCoeff();
+    for (const std::string& warning : gravity_warnings(scene, summary.inverse.gravity, size_m))
+        warnings.push_back(warning);
+    if (summary.pair && summary.pair->error.worst > kMostPairError)
+        warnings.push_back(
+            fmt::format("of two contacts the forces are off by up to {:.2g} % of themselves (99 %: {:.2g} %): give "
+                        "more tables.coupling_bytes, or touch a smaller region",
+                        100.0 * summary.pair->error.worst, 100.0 * summary.pair->error.p99));
     return warnings;
 }
 

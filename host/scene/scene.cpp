@@ -407,6 +407,8 @@ Scene read_scene(const fs::path& file) {
                                                   scene.contact.kinetic_friction, scene.contact.static_friction));
     scene.device_map.left_handed = options.text("device.handedness") == "left";
     scene.device.limits.grab = scene.contact.grab;
+    if (const std::string fault = fault_of_mean(scene.device.limits, scene.device.max_force_n); !fault.empty())
+        root.section("device", false).fail("mean_force_time", fault);
     if (scene.tool) finish_tool(root, file, options, *scene.tool);
     return scene;
 }

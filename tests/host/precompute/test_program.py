@@ -186,8 +186,12 @@ def test_check_takes_a_body_that_is_free(precompute):
 @pytest.mark.parametrize("keys, why", [
     ("[body]\nfree = true\nmass = 0.01\nsuspension = [4e3, 0, 0, 0, 0, 0]\n", "9: body.suspension: entry 0 swings"),
     ("[body]\nfree = true\ndensity = 1e-3\n", "9: body.density: the body has 2.7e-08 kg, and a servo moves 1e-06 to"),
-    (HELD + "[tables]\nflash_budget = 300\n", "take 1664 bytes and tables.flash_budget is 300:")],
-                         ids=["swings", "light", "large"])
+    (HELD + "[tables]\nflash_budget = 300\n", "take 1664 bytes and tables.flash_budget is 300:"),
+    (HELD + "[tables]\ndisplay_rows = [27]\n", "tables.display_rows: node 27 is none of the mesh's 27 nodes"),
+    (HELD + "[tables]\ndisplay_rows = [0]\n", "scene.toml: tables.display_rows: node 0 has no columns: it is fixed"),
+    (HELD + "[body]\nmass = 1\nmodes = 14\n", "scene.toml:12: body.modes: 14 of a body that has 18 free nodes: ask"),
+    ("[gravity]\ndensity = 1e6\n" + HELD, "gravity: the body's weight turns 36 of its 40 tetrahedra inside out: make")],
+                         ids=["swings", "light", "large", "row", "fixed row", "modes", "weight"])
 def test_what_no_servo_takes_is_refused_before_it_is_computed(precompute, keys, why):
     precompute.write((HELD, keys))
     check, whole = (precompute("scene.toml " + how) for how in ("--check", "-o a"))

@@ -224,6 +224,8 @@ WRONG = [
     ("[device]\nclutch_ramp = -0.1", "8: device.clutch_ramp: is -0.1 and must not be less than 0"),
     ("[device]\nmax_force = 0.0", "8: device.max_force: is 0 and must be greater than 0"),
     ("[device]\ndamping = -1", "8: device.damping: is -1 and must not be less than 0"),
+    ("[device]\nmean_force = 0.01", "7: device.mean_force_time: is 30 s, too short for max_force = 8.5 N and "
+     "mean_force = 0.01 N: give 1.5e+03 s or more", BEYOND),
     ("[tables]\nflash_budget = 0", "8: tables.flash_budget: is 0 and must be greater than 0 (bytes)"),
     ("[tables]\ncoupling_bytes = 1000",
      "8: tables.coupling_bytes: belongs to several fingers or a tool; write fingers = 2 in [contact], or remove it"),
