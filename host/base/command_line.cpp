@@ -2,12 +2,31 @@
 #include "host/base/command_line.hpp"
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <type_traits>
 
 #include "host/base/program.hpp"
 
 namespace haptable {
+
+namespace {
+
+/// Names `what` a number must be where `is` does not hold of it; what is no number at all the conversion names.
+CLI::Validator number_that(const char* in_help, const char* what, bool (*is)(double)) {
+    const auto test = [=](const std::string& text) {
+        double value = 0.0;
+        return !CLI::detail::lexical_cast(text, value) || is(value) ? std::string() : text + " must be " + what;
+    };
+    return CLI::Validator(test, in_help);
+}
+
+CLI::Validator finite_number() {
+    return number_that("", "a finite number", [](double x) { return std::isfinite(x); });
+}
+
+}  // namespace
 
 Option Option::required() const { return Option(option_->required()); }
 Option Option::range(int least, int most) const { return Option(option_->check(CLI::Range(least, most))); }
@@ -24,7 +43,9 @@ Option Option::excludes(const Option& other) const { return Option(option_->excl
 
 template <typename T>
 Option OptionSet::option(const std::string& name, T& value, const std::string& help) {
-    return Option(app_->add_option(name, value, help));
+    CLI::Option* option = app_->add_option(name, value, help);
+    if constexpr (std::is_same_v<T, double> || std::is_same_v<T, std::vector<double>>) option->check(finite_number());
+    return Option(option);
 }
 
 Option OptionSet::flag(const std::string& name, bool& value, const std::string& help) {
@@ -33,7 +54,7 @@ Option OptionSet::flag(const std::string& name, bool& value, const std::string& 
 
 Option OptionSet::numbers(const std::string& name, const std::function<void(const std::vector<double>&)>& set,
                           const std::string& help) {
-    return Option(app_->add_option_function(name, set, help));
+    return Option(app_->add_option_function(name, set, help)->check(finite_number()));
 }
 
 CommandLine::CommandLine(const std::string& what, const std::string& program)

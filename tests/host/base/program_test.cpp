@@ -52,6 +52,30 @@ TEST(Program, AnUnknownOptionIsAnErrorAndDoesNoWork) {
     EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
 }
 
+TEST(Program, ANumberOfTheCommandLineIsFiniteAndAsItsOptionSays) {
+    struct Row {
+        std::string option, value, what;
+    };
+    for (const auto& [option, value, what] : {Row{"--any", "nan", "nan must be a finite number"},
+                                              {"--any", "-inf", "-inf must be a finite number"},
+                                              {"--range", "nan", "nan must be a finite number"},
+                                              {"--list", "1,1e999", "1e999 must be a finite number"},
+                                              {"--place", "1,nan", "nan must be a finite number"}}) {
+        CommandLine app("A program.", "prog");
+        double number = 0.0;
+        std::vector<double> list;
+        app.option("--any", number, "");
+        app.option("--range", number, "").range(0.0, 1.0);
+        app.option("--list", list, "").delimiter(',');
+        app.numbers(
+               "--place", [](const std::vector<double>&) {}, "")
+            .delimiter(',');
+        std::string given[] = {"prog", option, value};
+        char* argv[] = {given[0].data(), given[1].data(), given[2].data()};
+        EXPECT_EQ(test::error_of([&] { app.parse(3, argv); }), option + ": " + what + " (see --help)");
+    }
+}
+
 TEST(Program, HelpAndVersionGoToStandardOutput) {
     const Outcome help = run_with({"--help"}, [] { FAIL(); });
     EXPECT_EQ(help.status, 0);
