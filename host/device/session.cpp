@@ -40,9 +40,11 @@ void sleep_until(Clock::time_point deadline) {
     clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &at, nullptr);
 }
 
-/// 0 s: until it is interrupted.
-std::int64_t to_ticks(double seconds) {
-    if (!(seconds > 0.0)) return std::numeric_limits<std::int64_t>::max();
+/// 0 s: until it is interrupted. Throws Error, which names `of`, where the `utime` of a state cannot count so far.
+std::int64_t to_ticks(double seconds, const char* of) {
+    constexpr double kMost_s = 1e12;
+    if (seconds == 0.0) return std::numeric_limits<std::int64_t>::max();
+    if (!(seconds <= kMost_s)) throw Error(fmt::format("{}: {:.4g} s are more than {} s", of, seconds, kMost_s));
     return static_cast<std::int64_t>(std::ceil(seconds / kDeviceTick_s - 1e-6));
 }
 
@@ -210,7 +212,8 @@ DeviceReport DeviceSession::run() {
 }
 
 std::int64_t DeviceSession::tick_count() const {
-    return to_ticks(options_.seconds > 0.0 ? options_.seconds : driver_.duration_s());
+    if (options_.seconds > 0.0) return to_ticks(options_.seconds, "--seconds");
+    return to_ticks(driver_.duration_s(), "--path, as long as --speed, --hold and lengths make it");
 }
 
 // ---- a tick -------------------------------------------------------------------------------------------------------

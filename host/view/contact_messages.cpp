@@ -343,7 +343,7 @@ FollowedContacts follow_contacts(const ContactLoads& loads, const LiveLimits& li
             channel_of<contact>(finger),
             [&newest, finger](const contact& message, std::int64_t) { newest.take(finger, message); });
     const Clock::time_point begin = Clock::now();
-    const auto length = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(limits.seconds));
+    const std::chrono::duration<double> length(limits.seconds);
     Clock::time_point next = begin + period;
     if (listens) listens(connection.url());
     std::int64_t frames = 0;

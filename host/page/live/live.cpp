@@ -72,8 +72,7 @@ public:
     LiveReport run() {
         if (options_.show) options_.show(server_.url());
         const Clock::time_point begin = Clock::now();
-        const auto length =
-            std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options_.seconds));
+        const std::chrono::duration<double> length(options_.seconds);
         Clock::time_point next_push = begin;
         while (!interrupted() && (options_.seconds <= 0.0 || Clock::now() - begin < length)) {
             const Clock::time_point until = Clock::now() + kLook;

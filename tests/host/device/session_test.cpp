@@ -144,6 +144,9 @@ TEST_F(DeviceSessionTest, LockstepGivesUpWithAnError) {
     const auto five_answers = [](const device_state& state, servo_force&) { return state.seq < 5; };
     EXPECT_TRUE(fails_with([&] { run(lockstep(0.25), five_answers); }, "no answer to state 5"));
     EXPECT_EQ(folder.file_count(), 0U);  // no half-written record
+    SessionOptions endless = lockstep();
+    endless.seconds = 1e300;
+    EXPECT_TRUE(fails_with([&] { run(endless, five_answers); }, "--seconds: 1e+300 s are more than"));
     const auto of_anothers = [](const device_state&, servo_force& force) {
         force.owner = 0xABCD;
         force.force_n[0] = 3.0;
