@@ -31,8 +31,12 @@ CLI::Validator finite_number() {
 Option Option::required() const { return Option(option_->required()); }
 Option Option::range(int least, int most) const { return Option(option_->check(CLI::Range(least, most))); }
 Option Option::range(double least, double most) const { return Option(option_->check(CLI::Range(least, most))); }
-Option Option::positive() const { return Option(option_->check(CLI::PositiveNumber)); }
-Option Option::non_negative() const { return Option(option_->check(CLI::NonNegativeNumber)); }
+Option Option::positive() const {
+    return Option(option_->check(number_that("POSITIVE", "above 0", [](double x) { return x > 0.0; })));
+}
+Option Option::non_negative() const {
+    return Option(option_->check(number_that("NONNEGATIVE", "0 or more", [](double x) { return x >= 0.0; })));
+}
 Option Option::one_of(std::initializer_list<int> values) const { return Option(option_->check(CLI::IsMember(values))); }
 Option Option::delimiter(char between) const { return Option(option_->delimiter(between)); }
 Option Option::count(int values) const { return Option(option_->expected(values)); }

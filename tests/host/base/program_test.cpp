@@ -60,12 +60,16 @@ TEST(Program, ANumberOfTheCommandLineIsFiniteAndAsItsOptionSays) {
                                               {"--any", "-inf", "-inf must be a finite number"},
                                               {"--range", "nan", "nan must be a finite number"},
                                               {"--list", "1,1e999", "1e999 must be a finite number"},
-                                              {"--place", "1,nan", "nan must be a finite number"}}) {
+                                              {"--place", "1,nan", "nan must be a finite number"},
+                                              {"--above", "0", "0 must be above 0"},
+                                              {"--from", "-1", "-1 must be 0 or more"}}) {
         CommandLine app("A program.", "prog");
         double number = 0.0;
         std::vector<double> list;
         app.option("--any", number, "");
         app.option("--range", number, "").range(0.0, 1.0);
+        app.option("--above", number, "").positive();
+        app.option("--from", number, "").non_negative();
         app.option("--list", list, "").delimiter(',');
         app.numbers(
                "--place", [](const std::vector<double>&) {}, "")
