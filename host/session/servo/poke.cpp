@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "host/base/error.hpp"
+#include "host/base/command_line.hpp"
 
 namespace haptable {
 
@@ -17,6 +17,7 @@ using Eigen::Vector3d;
 
 constexpr double kClearance_m = 0.01, kStep_m = 2e-5;  // in a tick: slow, so that no search is left for the next one
 constexpr int kHold_ticks = 100, kRing_ticks = 5000;   // until nothing swings any more
+constexpr double kDeepest_m = 10.0;                    // some seconds of work
 
 Vector3d vertex(const haptable_model& model, int v) { return Eigen::Vector3f(model.vertex_m[v]).cast<double>(); }
 
@@ -62,7 +63,7 @@ Vector3d place_of(const std::string& text, const haptable_model& model) {
     int used = 0;
     if (std::sscanf(text.c_str(), "%lf,%lf,%lf%n", &at_m[0], &at_m[1], &at_m[2], &used) != 3 ||
         static_cast<std::size_t>(used) != text.size() || !at_m.allFinite())
-        throw Error("--poke " + text + ": give X,Y,Z in metres, as in 0.015,0.015,0.03, or top");
+        throw BadCommandLine("--poke " + text + ": give X,Y,Z in metres, as in 0.015,0.015,0.03, or top");
     return at_m;
 }
 
@@ -74,12 +75,15 @@ std::string where_it_is(const haptable_model& model) {
 
 Poked poke(const ServoScene& scene, const Poke& poke) {
     const Vector3d in = poke.direction.normalized();
-    if (!in.allFinite() || !(in.norm() > 0.5)) throw Error("--direction: give a direction that has a length");
+    if (!in.allFinite() || !(in.norm() > 0.5)) throw BadCommandLine("--direction: give a direction that has a length");
+    if (!(poke.depth_m <= kDeepest_m))
+        throw BadCommandLine(fmt::format("--depth: {:.4g} m: give {} m at the most: {}", poke.depth_m, kDeepest_m,
+                                         where_it_is(*scene.model)));
     SceneState state(*scene.model, nullptr, nullptr, scene.modes);  // one finger, on a body that does not give way
     require_whole_tables(scene, state);
     const int hold_ticks = scene.modes != nullptr ? kRing_ticks : kHold_ticks;
     haptable_output out{};
-    Vector3d finger_m;
+    Vector3d finger_m = poke.at_m;
     const int ways = static_cast<int>(std::ceil((kClearance_m + poke.depth_m) / kStep_m));
     for (int tick = 0; tick <= ways + hold_ticks; ++tick) {
         const double share = std::min(1.0, static_cast<double>(tick) / ways);

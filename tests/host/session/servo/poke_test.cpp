@@ -42,11 +42,12 @@ TEST(Poke, FindsTheTop) {
 
 TEST(Poke, SaysWhereTheBodyIsThatItMissed) {
     const SoftBox box;
-    const auto poke_at = [&](const Vector3d& at_m, const Vector3d& direction) {
-        return error_of([&] { poke(box.scene(), {at_m, direction, 0.004}); });
+    const auto poke_at = [&](const Vector3d& at_m, const Vector3d& direction, double depth_m = 0.004) {
+        return error_of([&] { poke(box.scene(), {at_m, direction, depth_m}); });
     };
     EXPECT_TRUE(says(poke_at(Vector3d(0.1, 0.1, 0.03), -Vector3d::UnitZ()), "(0 0 0) to (0.03 0.03 0.03) m"));
     EXPECT_TRUE(says(poke_at(Vector3d::Zero(), Vector3d::Zero()), "--direction"));
+    EXPECT_TRUE(says(poke_at(Vector3d(0.015, 0.015, 0.03), -Vector3d::UnitZ(), 1e6), "--depth: 1e+06 m"));
 }
 
 }  // namespace
