@@ -12,6 +12,7 @@
 #include <tuple>
 #include <vector>
 
+#include "host/strokes/law.hpp"
 #include "tests/bodies.hpp"
 #include "tests/dense.hpp"
 #include "tests/error_of.hpp"
@@ -91,26 +92,12 @@ struct JellySession : LoadedScene, SceneSession {
     const std::size_t fingers;
 };
 
-/// S of the contacts, of the consistent force, in double.
+/// S of the contacts in double, by the tables.
 MatrixXd stiffness_of(const JellySession& session) {
-    MatrixXd c(3 * session.fingers, 3 * session.fingers);
-    haptable_pair_own own;
-    for (std::size_t f = 0; f < session.fingers; ++f) {
-        session.pair()->law->own(&session.model(), &session.contact(f), session.state.account().past[f].finger_m, &own);
-        const float* a = own.a;
-        c.block<3, 3>(Eigen::Index(3 * f), Eigen::Index(3 * f)) << a[0], a[3], a[5], a[3], a[1], a[4], a[5], a[4], a[2];
-    }
-    if (session.fingers == 2) {
-        float block[9][9];
-        session.pair()->blocks(session.pair(), session.contact(0).patch, session.contact(1).patch, block);
-        Eigen::Matrix3d x = Eigen::Matrix3d::Zero();
-        for (int k = 0; k < 9; ++k)
-            x += double(session.contact(0).alpha[k / 3] * session.contact(1).alpha[k % 3]) *
-                 Eigen::Map<const Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>(block[k]).cast<double>();
-        c.block<3, 3>(0, 3) = x;
-        c.block<3, 3>(3, 0) = x.transpose();
-    }
-    return dense::inverse(c);
+    std::vector<SurfacePoint> at;
+    for (std::size_t f = 0; f < session.fingers; ++f)
+        at.push_back({session.contact(f).patch, to_vector(session.contact(f).alpha)});
+    return dense::inverse(Law(session.tables(), session.servo()).compliance(*session.pair(), at));
 }
 
 /// How the first mode moves the contacts.
