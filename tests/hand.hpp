@@ -23,9 +23,6 @@ struct Hand {
         at_m += kTick_s * middle;
         velocity = 2.0 * middle - velocity;
     }
-    double energy() const {
-        return 0.5 * mass_kg * velocity.squaredNorm() + 0.5 * stiffness * (wants_m - at_m).squaredNorm();
-    }
 };
 
 /// What the environment asks for: HAPTABLE_SESSIONS=200 HAPTABLE_SECONDS=60 is the whole judgement.

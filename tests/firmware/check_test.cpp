@@ -3,8 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <random>
 
+#include "codegen/in_memory.hpp"
+#include "codegen/pair.hpp"
 #include "tests/bodies.hpp"
 #include "tests/loop/every_scene.hpp"
 
@@ -21,25 +24,24 @@ public:
         model.crc = haptable_crc_of(&model, haptable_span_of_model);
         pair.model = &model;
         pair.crc = haptable_crc_of(&pair, haptable_span_of_pair);
-        haptable_scene_make(&model, &pair, &body, &modes, &scene);
-        state.resize((scene.bytes + sizeof(std::max_align_t) - 1) / sizeof(std::max_align_t));
     }
     Whole(const Whole&) = delete;
     Whole& operator=(const Whole&) = delete;
 
-    haptable_servo& servo(int finger) { return *haptable_scene_servo(state.data(), finger); }
-    /// What a whole check finds in a state that was not checked before: the faults of both fingers.
+    /// A state that was not checked before.
+    void begin() { haptable_init(&state.scene(), state.memory()); }
+    /// What a whole check finds there: the faults of both fingers.
     int faults() {
-        haptable_init(&scene, state.data());
-        haptable_check(&scene, state.data(), HAPTABLE_CHECK_ALL);
-        EXPECT_EQ(servo(0).check.verdict, servo(1).check.verdict);
-        EXPECT_EQ(servo(0).faults, servo(1).faults);
-        return servo(0).faults;
+        begin();
+        state.check(HAPTABLE_CHECK_ALL);
+        EXPECT_EQ(state.servo(0).check.verdict, state.servo(1).check.verdict);
+        EXPECT_EQ(state.servo(0).faults, state.servo(1).faults);
+        return state.servo(0).faults;
     }
     int step(float z, std::uint32_t buttons = 0) {
         haptable_input in[2] = {{{0.0131F, 0.0172F, z}, buttons, 1}, {{0.0171F, 0.0132F, z}, buttons, 1}};
         haptable_output out[2];
-        haptable_step(&scene, state.data(), in, now_us += HAPTABLE_TICK_US, out);
+        state.step(in, now_us += HAPTABLE_TICK_US, out);
         EXPECT_EQ(out[0].state == HAPTABLE_FAULTED, out[1].state == HAPTABLE_FAULTED);
         return out[0].state;
     }
@@ -48,8 +50,7 @@ public:
     haptable_pair_model pair;
     haptable_body body;
     haptable_modes modes;
-    haptable_scene scene{};
-    std::vector<std::max_align_t> state;
+    SceneState state{model, &pair, &body, &modes};
     std::uint32_t now_us = 0;
 };
 
@@ -115,6 +116,28 @@ TEST(SceneCheck, NoticesEveryFlippedBitOfEveryPart) {
     EXPECT_EQ(whole.faults(), 0);
 }
 
+// Of clusters, which other tables couple; above are all pairs.
+TEST(SceneCheck, CoversEveryTableOfClusters) {
+    const ElasticBody body(for_two(cube_scene(5, 0.3), 50'000), ForceLaw::kConsistent);
+    const ServoPair coupling = build_pair(body.pair(), body.tables(), body.servo());
+    const haptable_model model = body.model();
+    const haptable_pair_model pair = pair_in_memory(coupling, body.tables(), model);
+    const std::uint32_t whole = haptable_crc_of(&pair, haptable_span_of_pair);
+    std::vector<unsigned char*> tables;
+#define VALUE(type, name)
+#define TABLE(type, name, count) \
+    if (pair.name != nullptr) tables.push_back(reinterpret_cast<unsigned char*>(const_cast<type*>(pair.name)));
+    HAPTABLE_PAIR_FIELDS(VALUE, TABLE)
+#undef VALUE
+#undef TABLE
+    EXPECT_GE(tables.size(), 7U);
+    for (unsigned char* table : tables) {
+        *table ^= 4;
+        EXPECT_NE(haptable_crc_of(&pair, haptable_span_of_pair), whole);
+        *table ^= 4;
+    }
+}
+
 // 64 bytes at a time, beside the ticks; an acknowledgement does not end what is damaged.
 TEST(SceneCheck, GoesOnBesideTheTicksThroughEveryPart) {
     Whole whole(every_scene().scene({2, true, true}));
@@ -125,25 +148,24 @@ TEST(SceneCheck, GoesOnBesideTheTicksThroughEveryPart) {
         const float was = value;
         value = std::nextafter(value, 1e9F);
         int slices = 0;
-        for (; slices < 100'000 && whole.servo(1).faults == 0; ++slices)
-            haptable_check(&whole.scene, whole.state.data(), HAPTABLE_CHECK_BYTES);
+        for (; slices < 100'000 && whole.state.servo(1).faults == 0; ++slices) whole.state.check(HAPTABLE_CHECK_BYTES);
         EXPECT_LT(slices, 100'000);
-        EXPECT_EQ(whole.servo(0).faults, HAPTABLE_FAULT_TABLES);
+        EXPECT_EQ(whole.state.servo(0).faults, HAPTABLE_FAULT_TABLES);
         EXPECT_EQ(whole.step(0.04F), HAPTABLE_FAULTED);
         EXPECT_EQ(whole.step(0.04F, HAPTABLE_BUTTON_ACKNOWLEDGE), HAPTABLE_FAULTED) << "they are damaged still";
         value = was;
         for (const int wait : {0, 1}) EXPECT_EQ(whole.step(0.04F), HAPTABLE_FAULTED) << wait << ": it latches";
         EXPECT_EQ(whole.step(0.04F, HAPTABLE_BUTTON_ACKNOWLEDGE), HAPTABLE_FAULTED) << "and was not found whole yet";
-        haptable_check(&whole.scene, whole.state.data(), HAPTABLE_CHECK_ALL);
+        whole.state.check(HAPTABLE_CHECK_ALL);
         EXPECT_EQ(whole.step(0.04F), HAPTABLE_FREE);
     }
 }
 
 TEST(SceneCheck, GivesNoForceBeforeItWasMade) {
     Whole whole(every_scene().scene({2, true, true}));
-    haptable_init(&whole.scene, whole.state.data());
+    whole.begin();
     EXPECT_EQ(whole.step(0.04F), HAPTABLE_FAULTED);
-    haptable_check(&whole.scene, whole.state.data(), HAPTABLE_CHECK_ALL);
+    whole.state.check(HAPTABLE_CHECK_ALL);
     EXPECT_EQ(whole.step(0.04F), HAPTABLE_FREE);
 }
 

@@ -18,7 +18,6 @@
 #include "tests/dense.hpp"
 #include "tests/finger.hpp"
 #include "tests/firmware/ways.hpp"
-#include "tests/scene_session.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tolerance.hpp"
 
@@ -595,28 +594,6 @@ TEST(Pair, TheMouseHasAHundredthInTheBytesOfTheDefault) {
         EXPECT_GT(summary.pair->error.worst, 0.0);
         EXPECT_LT(summary.pair->error.worst, 0.01) << force;
         EXPECT_GT(summary.pair->error.least, 0.0) << force;
-    }
-}
-
-// Of clusters; of all pairs SceneCheck flips every table's bits.
-TEST(Pair, TheCheckOfTheTablesCoversClusters) {
-    const ElasticBody body(for_two(cube_scene(5, 0.3), 50'000), ForceLaw::kConsistent);
-    Tables tables = body.tables({});
-    tables.limits.check = true;
-    ServoPair coupling = build_pair(body.pair(), tables, body.servo());
-    const haptable_model model = model_in_memory(tables, body.servo());
-    const haptable_pair_model whole = pair_in_memory(coupling, tables, model);
-    const Vector3d above(0.0151, 0.0141, 0.031), inside(0.0151, 0.0141, 0.029);
-    for (const bool is_damaged : {false, true}) {
-        if (is_damaged) coupling.clusters.core[coupling.clusters.core.size() / 2] ^= 4;
-        SceneSession session(model, &whole, nullptr, nullptr);
-        session.step(above, above);
-        session.step(inside, inside);
-        for (const haptable_output& one : session.out) {
-            EXPECT_EQ(one.state, is_damaged ? HAPTABLE_FAULTED : HAPTABLE_CONTACT);
-            EXPECT_EQ(one.faults, is_damaged ? HAPTABLE_FAULT_TABLES : 0);
-            EXPECT_EQ(to_vector(one.force_n).norm() > 0.0, !is_damaged);
-        }
     }
 }
 
