@@ -406,42 +406,5 @@ TEST(NodalPressure, TheCheckerboardOfPressureIsBounded) {
             << "nu = " << poisson;
 }
 
-// A column that cannot widen: each layer is a spring of lambda + 2 mu.
-class TwoMaterials : public testing::TestWithParam<Element> {};
-
-TEST_P(TwoMaterials, AreSpringsInSeries) {
-    const int n = 5;
-    TetMesh mesh = make_cube(n, 1.0);
-    if (GetParam() == Element::kQuadratic) add_middles(mesh);
-    const Lame soft = Lame::from_young(1e3, 0.3), hard = Lame::from_young(1e5, 0.499);
-    Materials material;
-    for (const Tet& tet : mesh.tet) {
-        double z = 0.0;
-        for (std::int32_t i : tet) z += 0.25 * mesh.position_m[std::size_t(i)].z();
-        material.push_back(z < 0.5 ? soft : hard);
-    }
-    const Problem problem = assemble_where(mesh, material, GetParam(), [](const Vector3d& p) { return p.z() > 0.0; });
-    const Matrix k = problem.k();
-    const auto count = Eigen::Index(problem.node.size());
-    const auto up = Eigen::seqN(2, count, 3);
-    Eigen::VectorXd u = Eigen::VectorXd::Zero(3 * count);
-    for (Eigen::Index i = 0; i < count; ++i) {
-        const double z = mesh.position_m[std::size_t(problem.node[std::size_t(i)])].z();
-        u[3 * i + 2] = std::min(z, 0.5) / (soft.lambda_pa + 2.0 * soft.mu_pa) +
-                       std::max(z - 0.5, 0.0) / (hard.lambda_pa + 2.0 * hard.mu_pa);
-    }
-    const Eigen::VectorXd force = (k * u)(up);  // a stress of 1 Pa: balanced inside, 1 N in all on the top
-    double top = 0.0;
-    const double size = (k.cwiseAbs() * u.cwiseAbs()).maxCoeff();
-    for (Eigen::Index i = 0; i < count; ++i)
-        if (mesh.position_m[std::size_t(problem.node[std::size_t(i)])].z() < 1.0 - 1e-9)
-            EXPECT_WITHIN(std::abs(force[i]), .count = 64.0, .size = size);
-        else
-            top += force[i];
-    EXPECT_WITHIN(std::abs(top - 1.0), .count = 64.0 * n * n, .size = size);
-}
-
-INSTANTIATE_TEST_SUITE_P(Element, TwoMaterials, testing::ValuesIn(kAveraging));
-
 }  // namespace
 }  // namespace haptable
