@@ -12,6 +12,7 @@
 #include "host/base/file.hpp"
 #include "host/base/hash.hpp"
 #include "host/library/haptable_library.h"
+#include "host/precompute/precompute.hpp"
 #include "host/session/local_stepper.hpp"
 #include "host/target/modes.hpp"
 #include "host/target/strokes.hpp"
@@ -45,23 +46,20 @@ bool same(const T& a, const T& b) {
     return std::memcmp(&a, &b, sizeof a) == 0;
 }
 
-/// The scene of a mode, as people write it.
-std::string scene_text(const Mode& mode, const std::string& precision = "float32", int fingers = 1) {
-    std::string text = read_file("meshes/cube.toml");
-    const std::size_t contact = text.find("[contact]"), device = text.find("[device]");
-    std::string chosen =
-        fmt::format("[contact]\nforce = \"{}\"\ngod_object = \"{}\"\nfingers = {}\nrigid_stiffness = 1000.0\n",
-                    word(mode.force), word(mode.god_object), fingers);
-    if (mode.force == ForceLaw::kPressureMask) chosen += "mask_radius = 0.012\n";
-    if (mode.more == "friction") chosen += "friction = 0.5\nkinetic_friction = 0.4\n";
-    if (mode.more == "passivity") chosen += "passivity = true\nrelease_slew = 0.05\n";
-    text.replace(contact, device - contact, chosen + "\n");
-    const std::string stored = "precision = \"";
-    const std::size_t at = text.find(stored) + stored.size();
-    text.replace(at, text.find('"', at) - at, precision);
-    if (mode.more == "relaxation")
-        text += "\n[[relaxation]]\nshare = 0.3\ntime = 0.01\n[[relaxation]]\nshare = 0.2\ntime = 0.2\n";
-    return text;
+/// The paper's cube, as it is touched in that mode.
+Scene scene_of(const Mode& mode, int fingers = 1) {
+    Scene scene = read_scene("meshes/cube.toml");
+    ContactOptions& contact = scene.contact;
+    contact.force = mode.force;
+    contact.god_object = mode.god_object;
+    contact.fingers = fingers;
+    contact.mask_radius_m = mode.force == ForceLaw::kPressureMask ? 0.012 : 0.0;
+    contact.release_n_per_ms = mode.god_object == GodObject::kLeastEnergy ? 0.01 : 0.0;
+    if (mode.more == "friction") contact.static_friction = 0.5, contact.kinetic_friction = 0.4;
+    if (mode.more == "passivity") contact.passivity = true, contact.release_n_per_ms = 0.05;
+    if (mode.more == "stiffening") scene.material.stiffening = Stiffening{.curve = {{0.5, -0.5, 3.0}, 1e-4}};
+    if (mode.more == "relaxation") scene.relaxation = {{0.3, 0.01}, {0.2, 0.2}};
+    return scene;
 }
 const Mode kPlain{ForceLaw::kInterpolated, GodObject::kNearest, ""};
 
@@ -93,11 +91,9 @@ protected:
         if (!fs::exists(lib() + "/libhaptable.so.1")) GTEST_SKIP() << "libhaptable.so.1 is not built: make library";
     }
     /// Tables of a scene in the folder; they are `object` then.
-    void load(const std::string& scene) {
-        write_file(folder_.path() / "scene.toml", scene);
-        const Outcome made =
-            run(program("haptable-precompute").string() + " --quiet scene.toml -o tables", folder_.path());
-        ASSERT_EQ(made.status, 0) << made.err;
+    void load(const Scene& scene) {
+        Progress quiet(true);
+        precompute(scene, tables_, quiet, {.code = false});
         object.reset(haptable_object_load(tables_.c_str(), 0));
         ASSERT_NE(object, nullptr) << haptable_library_error();
     }
@@ -192,15 +188,17 @@ private:
 };
 
 TEST_F(Library, HasASessionsBitsInEveryMode) {
-    std::vector<std::pair<Mode, const char*>> cases;
-    for (const Mode& mode : every_mode()) cases.emplace_back(mode, "float32");
-    for (const char* packed : {"float16", "int16"})
+    std::vector<std::pair<Mode, Storage>> cases;
+    for (const Mode& mode : every_mode()) cases.emplace_back(mode, Storage::kFloat32);
+    for (const Storage packed : {Storage::kFloat16, Storage::kInt16})
         cases.push_back({{ForceLaw::kConsistent, GodObject::kLeastEnergy, ""}, packed});
     for (const GodObject god_object : every<GodObject>())
-        cases.push_back({{ForceLaw::kConsistent, god_object, "relaxation"}, "float32"});
+        cases.push_back({{ForceLaw::kConsistent, god_object, "relaxation"}, Storage::kFloat32});
     for (const auto& [mode, precision] : cases) {
-        SCOPED_TRACE(mode.name() + " " + precision);
-        ASSERT_NO_FATAL_FAILURE(load(scene_text(mode, precision)));
+        SCOPED_TRACE(testing::Message() << mode.name() << ' ' << precision);
+        Scene scene = scene_of(mode);
+        scene.tables.precision = precision;
+        ASSERT_NO_FATAL_FAILURE(load(scene));
         const LoadedScene in_memory = in_host();
         BesideASession hand(object.get(), in_memory, 1);
         const Finger other = new_finger();
@@ -216,7 +214,7 @@ TEST_F(Library, HasASessionsBitsInEveryMode) {
 
 // A program in C steps through a path; a replay here is as many steps.
 TEST_F(Library, ReplaysAsAProgramInCSteps) {
-    ASSERT_NO_FATAL_FAILURE(load(scene_text(kPlain)));
+    ASSERT_NO_FATAL_FAILURE(load(scene_of(kPlain)));
     write_file(folder_.path() / "program.c", kProgram);
     const Places path_m = hard_path(read_tables(tables_), 100);
     write_file(folder_.path() / "path", {reinterpret_cast<const char*>(path_m.data()), path_m.size() * 12});
@@ -245,7 +243,7 @@ TEST_F(Library, ReplaysAsAProgramInCSteps) {
 
 // Where a finger has left a body that relaxes, its dent is still there.
 TEST_F(Library, DrawsTheDentThatAFingerLeft) {
-    ASSERT_NO_FATAL_FAILURE(load(scene_text({ForceLaw::kInterpolated, GodObject::kLeastEnergy, "relaxation"})));
+    ASSERT_NO_FATAL_FAILURE(load(scene_of({ForceLaw::kInterpolated, GodObject::kLeastEnergy, "relaxation"})));
     const Finger finger = new_finger();
     haptable_touch touch{};
     for (std::uint32_t tick = 0; tick < 100; ++tick) {
@@ -269,8 +267,10 @@ TEST_F(Library, ExportsItsOwnNamesAlone) {
 }
 
 TEST_F(Library, DeformsByEquation8) {
-    for (const char* columns : {"", "column_precision = \"float16\"\n"}) {
-        ASSERT_NO_FATAL_FAILURE(load(scene_text({ForceLaw::kPressureMask, GodObject::kNearest, ""}) + columns));
+    Scene scene = scene_of({ForceLaw::kPressureMask, GodObject::kNearest, ""});
+    for (const Storage columns : {Storage::kFloat32, Storage::kFloat16}) {
+        scene.tables.column_precision = columns;
+        ASSERT_NO_FATAL_FAILURE(load(scene));
         const Finger finger = new_finger();
         haptable_touch touch;
         for (std::uint32_t tick = 0; tick < 60; ++tick) {
@@ -310,7 +310,7 @@ TEST_F(Library, DeformsByEquation8) {
 
 // That it refuses files that were changed, tests/host/tables/tampered_test.cpp says of every reader.
 TEST_F(Library, RefusesOtherTables) {
-    ASSERT_NO_FATAL_FAILURE(load(scene_text(kPlain)));
+    ASSERT_NO_FATAL_FAILURE(load(scene_of(kPlain)));
     const std::uint64_t hash = haptable_object_describe(object.get()).tables_hash;
     const auto refusal = [](const std::string& folder, std::uint64_t wanted) {
         const Object loaded(haptable_object_load(folder.c_str(), wanted));
@@ -329,7 +329,7 @@ TEST_F(Library, RefusesOtherTables) {
 
 // Both at once as a session has it, and where the other is away what one finger feels.
 TEST_F(Library, TwoFingersHaveTheServosBits) {
-    ASSERT_NO_FATAL_FAILURE(load(scene_text({ForceLaw::kConsistent, GodObject::kLeastEnergy, ""}, "float32", 2)));
+    ASSERT_NO_FATAL_FAILURE(load(scene_of({ForceLaw::kConsistent, GodObject::kLeastEnergy, ""}, 2)));
     EXPECT_EQ(haptable_object_fingers(object.get()), 2U);
     const LoadedScene in_memory = in_host();
     const Places first_m = hard_path(in_memory.tables(), 30);
@@ -357,27 +357,12 @@ TEST_F(Library, TwoFingersHaveTheServosBits) {
 }
 
 /// A body that nothing holds.
-std::string loose(int fingers, int modes) {
-    return fmt::format(R"(name = "loose"
-[mesh]
-generate = "cube"
-[material]
-young = 20000.0
-poisson = 0.45
-[gravity]
-density = 1000.0
-[body]
-free = true
-modes = {}
-floor = 0.0
-floor_friction = 0.5
-[contact]
-force = "consistent"
-god_object = "least-energy"
-friction = 0.8
-fingers = {}
-)",
-                       modes, fingers);
+Scene loose(int fingers, int modes) {
+    Scene scene = read_scene("meshes/grasp-cube.toml");
+    scene.mesh.nodes_per_side = 5;
+    scene.contact.fingers = fingers;
+    if (modes > 0) scene.body_modes = BodyModes{modes, 0.05, 0.0, 0.0, 1};
+    return scene;
 }
 
 // Two fingers grasp a body that nothing holds, and lift it; then one lets go, and it falls: as in a session.
@@ -410,11 +395,12 @@ TEST_F(Library, MovesAFreeBodyAsASessionDoes) {
 // Held with friction, and free: knocks on a body that rings, as in a session; and the viewer's surface as it swings.
 TEST_F(Library, RingsAsASessionDoes) {
     const auto held = [](GodObject god_object, int fingers) {
-        return scene_text({ForceLaw::kConsistent, god_object, "friction"}, "float32", fingers) +
-               "\n[body]\nmodes = 4\n[gravity]\ndensity = 1000.0\n";
+        Scene scene = scene_of({ForceLaw::kConsistent, god_object, "friction"}, fingers);
+        scene.body_modes = BodyModes{4, 0.05, 1000.0, 0.0, 1};
+        return scene;
     };
     const Places path = knock_path();
-    for (const std::string& scene : {held(GodObject::kNearest, 1), loose(1, 4)}) {
+    for (const Scene& scene : {held(GodObject::kNearest, 1), loose(1, 4)}) {
         ASSERT_NO_FATAL_FAILURE(load(scene));
         ASSERT_EQ(haptable_object_modes(object.get()), 4U);
         const LoadedScene in_memory = in_host();
@@ -447,7 +433,7 @@ TEST_F(Library, RingsAsASessionDoes) {
         EXPECT_WITHIN(std::abs(added[0][0] - 1.0F - u[middle][0]), .count = 8, .epsilon = kFloat) << "it adds";
         EXPECT_EQ(haptable_object_swing(object.get(), swung.data(), &beyond, 1, rows_of(added)), -1);
     }
-    for (const std::string& scene : {held(GodObject::kLeastEnergy, 2), loose(2, 4)}) {
+    for (const Scene& scene : {held(GodObject::kLeastEnergy, 2), loose(2, 4)}) {
         ASSERT_NO_FATAL_FAILURE(load(scene));
         const LoadedScene in_memory = in_host();
         BesideASession hands(object.get(), in_memory, 2);
@@ -461,7 +447,7 @@ TEST_F(Library, RingsAsASessionDoes) {
 }
 
 TEST_F(Library, ABodyThatIsHeldHasNoPoseAndTheFingersOfItsScene) {
-    ASSERT_NO_FATAL_FAILURE(load(scene_text(kPlain)));
+    ASSERT_NO_FATAL_FAILURE(load(scene_of(kPlain)));
     EXPECT_EQ(haptable_object_is_free(object.get()), 0);
     const Finger finger = new_finger();
     EXPECT_EQ(haptable_finger_pose(finger.get()).turn[0], 1.0F);
