@@ -14,6 +14,7 @@
 
 #include "host/body/geodesic.hpp"
 #include "host/compliance/point_compliance.hpp"
+#include "tests/host/body/cubes.hpp"
 #include "tests/shapes.hpp"
 #include "tests/tolerance.hpp"
 
@@ -237,36 +238,18 @@ TEST(MaskPairs, AreThoseUnderOnePatchEachOnceAndAscending) {
     }));
 }
 
-/// A square grid of quadratic faces, 1.2 m wide, each split in four.
-struct QuadraticGrid {
-    std::vector<Vector3d> point;
-    std::vector<std::array<std::int32_t, 3>> patch;
-    std::vector<Quarter> quarter;
-
-    explicit QuadraticGrid(int cells) {
-        const Shape shape = grid(cells, 1.2);
-        point = shape.point;
-        std::map<std::pair<int, int>, int> middle;
-        const auto of = [&](int a, int b) {
-            const auto [found, is_new] = middle.try_emplace(std::minmax(a, b), int(point.size()));
-            if (is_new) point.push_back(0.5 * (point[std::size_t(a)] + point[std::size_t(b)]));
-            return found->second;
-        };
-        for (const auto& [a, b, c] : shape.patch) {
-            const QuadraticFace face{a, b, c, of(a, b), of(b, c), of(c, a)};
-            for (int place = 0; place < 4; ++place) {
-                patch.push_back(quarters_of(face)[std::size_t(place)]);
-                quarter.push_back({face, place, true});
-            }
-        }
-    }
-    bool is_corner(std::int32_t node, int cells) const { return node < (cells + 1) * (cells + 1); }
-    Masks masks(double radius) const {
-        Workers alone(1);
-        Progress progress(true);
-        return make_masks(point, patch, radius, alone, progress, quarter);
-    }
-};
+/// The top of a cube of quadratic tetrahedra, 1.2 m wide; up to that x it may be touched.
+Body quadratic_top(int cells, double up_to_x = 2.0) {
+    Scene scene = cube_of("cube", cells + 1, {1e4, 0.3}, Element::kQuadratic);
+    scene.mesh.side_m = 1.2;
+    scene.touch = {box(-1, -1, 1.2 - 1e-9, up_to_x, 2, 2)};
+    return make_body(scene, make_mesh(scene.mesh));
+}
+Masks masks_on(const Body& body, double radius) {
+    Workers alone(1);
+    Progress progress(true);
+    return make_masks(body.mesh.position_m, body.touch_patch, radius, alone, progress, body.touch_quarter);
+}
 
 /// Of a polynomial over the nodes under a mask.
 double moment(const NodeWeights& w, const std::vector<Vector3d>& point,
@@ -279,22 +262,21 @@ double moment(const NodeWeights& w, const std::vector<Vector3d>& point,
 // The shape functions hold quadratic functions exactly, so the nodal forces of a pressure have its moments up to the
 // second: 1, where it stands, and of k = (1 - (r / R)^2)^2 the mean square r^2 = R^2 / 4.
 TEST(Masks, OnQuadraticFacesTheyHaveThePressuresMoments) {
-    const int cells = 8;
-    const QuadraticGrid body(cells);
+    const Body body = quadratic_top(8);
+    const std::vector<Vector3d>& point = body.mesh.position_m;
     for (double radius : {0.2, 0.37}) {
-        const Masks masks = body.masks(radius);
+        const Masks masks = masks_on(body, radius);
         int checked = 0;
         for (std::size_t v = 0; v < masks.vertex_id.size(); ++v) {
-            const Vector3d at = body.point[std::size_t(masks.vertex_id[v])];
+            const Vector3d at = point[std::size_t(masks.vertex_id[v])];
             if (std::min({at.x(), at.y(), 1.2 - at.x(), 1.2 - at.y()}) < radius) continue;
             ++checked;
             const NodeWeights& w = masks.vertex[v];
-            EXPECT_WITHIN(std::abs(moment(w, body.point, [](const Vector3d&) { return 1.0; }) - 1.0), .count = 64);
+            EXPECT_WITHIN(std::abs(moment(w, point, [](const Vector3d&) { return 1.0; }) - 1.0), .count = 64);
             // The rim is cut by triangles of an eighth of the radius: their third order.
             const Bound rim{.count = 0.25, .epsilon = 1.0 / 512.0};
-            EXPECT_WITHIN(std::abs(moment(w, body.point, [](const Vector3d& x) { return x.x(); }) - at.x()) / radius,
-                          rim);
-            EXPECT_WITHIN(std::abs(moment(w, body.point, [&](const Vector3d& x) { return (x - at).squaredNorm(); }) /
+            EXPECT_WITHIN(std::abs(moment(w, point, [](const Vector3d& x) { return x.x(); }) - at.x()) / radius, rim);
+            EXPECT_WITHIN(std::abs(moment(w, point, [&](const Vector3d& x) { return (x - at).squaredNorm(); }) /
                                        (radius * radius / 4.0) -
                                    1.0),
                           rim);
@@ -304,44 +286,33 @@ TEST(Masks, OnQuadraticFacesTheyHaveThePressuresMoments) {
 }
 
 TEST(Masks, OnQuadraticFacesAWidePressureRestsOnTheMiddles) {
-    const int cells = 12;
-    const QuadraticGrid body(cells);
-    const Masks masks = body.masks(0.5);
-    const NodeWeights& w = masks.vertex[std::size_t(6 + 6 * (cells + 1))];
+    const int nodes = 13;  // a side, of the corners, which come first
+    const Masks masks = masks_on(quadratic_top(nodes - 1), 0.5);
+    const int middle = 6 + 6 * nodes + (nodes - 1) * nodes * nodes;
+    const auto at = std::find(masks.vertex_id.begin(), masks.vertex_id.end(), middle) - masks.vertex_id.begin();
+    const NodeWeights& w = masks.vertex.at(std::size_t(at));
     double corners = 0.0, middles = 0.0;
     for (std::size_t k = 0; k < w.node.size(); ++k)
-        (body.is_corner(w.node[k], cells) ? corners : middles) += w.weight[k];
+        (w.node[k] < nodes * nodes * nodes ? corners : middles) += w.weight[k];
     // Of an even pressure corners have nothing; of this one what its curvature over a face of 0.1 m gives them.
     EXPECT_WITHIN(std::abs(corners), .count = 1.0, .epsilon = 0.1 * 0.1 / (0.5 * 0.5));
     EXPECT_WITHIN(std::abs(corners + middles - 1.0), .count = 64);
 }
 
+// Faces beyond x = 0.7 are left out, and of those that reach beyond it quarters.
 TEST(Masks, OnQuadraticFacesThatMayBeTouchedInPartTheLoadStaysOnTouchableNodes) {
-    QuadraticGrid body(6);
-    // The middle line x = 0.6 is the border: faces beyond it are left out, and of those on one side a quarter each.
-    std::vector<std::array<std::int32_t, 3>> patch;
-    std::vector<Quarter> quarter;
-    std::set<std::int32_t> touchable;
-    for (std::size_t p = 0; p < body.patch.size(); ++p) {
-        const auto inside = [&](std::int32_t i) { return body.point[std::size_t(i)].x() < 0.71; };
-        if (!std::all_of(body.patch[p].begin(), body.patch[p].end(), inside)) continue;
-        patch.push_back(body.patch[p]);
-        quarter.push_back(body.quarter[p]);
-        quarter.back().is_whole = std::all_of(quarter.back().face.begin(), quarter.back().face.end(), inside);
-        touchable.insert(body.patch[p].begin(), body.patch[p].end());
-    }
-    body.patch = patch;
-    body.quarter = quarter;
-    const auto parts = std::count_if(quarter.begin(), quarter.end(), [](const Quarter& q) { return !q.is_whole; });
+    const Body body = quadratic_top(6, 0.71);
+    const auto parts = std::count_if(body.touch_quarter.begin(), body.touch_quarter.end(),
+                                     [](const Quarter& q) { return !q.is_whole; });
     EXPECT_GT(parts, 0);
-    const Masks masks = body.masks(0.25);
+    const Masks masks = masks_on(body, 0.25);
     for (const auto* list : {&masks.vertex, &masks.edge})
         for (const NodeWeights& w : *list) {
             EXPECT_WITHIN(std::abs(std::accumulate(w.weight.begin(), w.weight.end(), 0.0) - 1.0), .count = 64);
-            for (std::int32_t node : w.node) EXPECT_TRUE(touchable.contains(node));
+            EXPECT_TRUE(std::includes(body.touch_node.begin(), body.touch_node.end(), w.node.begin(), w.node.end()));
         }
     EXPECT_EQ(masks.widened, 0U);
-    const Masks fine = body.masks(0.01);
+    const Masks fine = masks_on(body, 0.01);
     EXPECT_EQ(fine.widened, fine.vertex.size() + fine.edge.size()) << "finer than the mesh: the patch's own nodes";
 }
 
