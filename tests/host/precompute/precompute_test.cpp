@@ -394,24 +394,6 @@ TEST_F(PrecomputeRun, UnchangedTablesAreNotComputedAgain) {
     EXPECT_TRUE(run(scene).unchanged);
 }
 
-TEST_F(PrecomputeRun, AnotherTouchRegionReusesBlocksAndColumns) {
-    const auto is_reused = [&](const Scene& scene) { return run(scene).summary.reused.all; };
-    Scene scene = cube_scene();
-    EXPECT_FALSE(is_reused(scene));
-    scene.touch = {kTop};
-    scene.device.max_force_n = 3.0;
-    EXPECT_TRUE(is_reused(scene));
-    run_into(fresh_, scene);
-    EXPECT_TRUE(but_columns(out_) == but_columns(fresh_));
-    EXPECT_WITHIN(column_distance(out_, fresh_), .count = kSolved, .epsilon = test::kFloat);
-    scene.touch.clear();
-    EXPECT_FALSE(is_reused(scene)) << "more nodes than there are blocks of";
-    scene.tables.columns = ColumnRows::kNone;
-    EXPECT_TRUE(is_reused(scene));
-    scene.material.poisson = 0.3;
-    EXPECT_FALSE(is_reused(scene)) << "another material";
-}
-
 TEST_F(PrecomputeRun, ALargerTouchRegionComputesOnlyWhatIsNew) {
     for (double tolerance : {0.0, 1e-5}) {  // columns in double, in float
         const PrecomputeOptions options{.column_tolerance = tolerance, .force = false};
@@ -446,38 +428,42 @@ TEST_F(PrecomputeRun, ALargerTouchRegionComputesOnlyWhatIsNew) {
     }
 }
 
-TEST_F(PrecomputeRun, AnotherColumnPrecisionIsConvertedOrSolvedFor) {
-    Scene scene = cube_scene();
-    run(scene);
-    for (const Storage precision : {Storage::kFloat16, Storage::kFloat32}) {
-        const bool is_half = precision == Storage::kFloat16;
-        scene.tables.column_precision = precision;
-        const Summary summary = run(scene).summary;
-        EXPECT_EQ(summary.reused.all, is_half);
-        EXPECT_EQ(summary.reused.blocks, 73U);
-        EXPECT_EQ(summary.reused.columns, is_half ? 73U : 0U) << "float16 has lost digits";
-        run_into(fresh_, scene);
-        EXPECT_TRUE(but_columns(out_) == but_columns(fresh_));
-        EXPECT_TRUE(read_file(out_ / "columns.npy") == read_file(fresh_ / "columns.npy"));
-    }
-}
-
 TEST_F(PrecomputeRun, WhatHoldsOfBlocksAndColumnsIsJudgedApart) {
     Scene scene = cube_scene();
     PrecomputeOptions options;
-    const auto expect_reused = [&](std::size_t blocks, std::size_t columns, const char* why) {
+    const auto expect_reused = [&](std::size_t blocks, std::size_t columns, const char* why, bool all = false) {
         const Summary summary = run(scene, options).summary;
         EXPECT_WITHIN(summary.inverse.checks.largest_block_difference, .count = kSolved, .epsilon = test::kFloat);
         EXPECT_EQ(summary.reused.blocks, blocks) << why;
         EXPECT_EQ(summary.reused.columns, columns) << why;
+        EXPECT_EQ(summary.reused.all, all) << why;
+    };
+    const auto expect_as_fresh = [&](bool to_the_last_bit) {
+        run_into(fresh_, scene);
+        EXPECT_TRUE(but_columns(out_) == but_columns(fresh_));
+        if (to_the_last_bit)
+            EXPECT_TRUE(read_file(out_ / "columns.npy") == read_file(fresh_ / "columns.npy"));
+        else
+            EXPECT_WITHIN(column_distance(out_, fresh_), .count = kSolved, .epsilon = test::kFloat);
     };
     expect_reused(0, 0, "the first");
+    scene.tables.column_precision = Storage::kFloat16;
+    expect_reused(73, 73, "rounded", true);
+    expect_as_fresh(true);
+    scene.tables.column_precision = Storage::kFloat32;
+    expect_reused(73, 0, "float16 has lost digits");
+    expect_as_fresh(true);
+    scene.touch = {kTop};
+    scene.device.max_force_n = 3.0;
+    expect_reused(25, 25, "a part of the surface", true);
+    expect_as_fresh(false);
+    scene.touch.clear();
+    expect_reused(25, 25, "more nodes than there are blocks of");
     scene.tables.columns = ColumnRows::kAll;
     expect_reused(73, 0, "rows that no column has");
     scene.tables.columns = ColumnRows::kSurface;
-    expect_reused(73, 73, "fewer rows");
-    run_into(fresh_, scene);
-    EXPECT_WITHIN(column_distance(out_, fresh_), .count = kSolved, .epsilon = test::kFloat);
+    expect_reused(73, 73, "fewer rows", true);
+    expect_as_fresh(false);
     options.tolerance = 1e-4;
     expect_reused(0, 73, "another tolerance of blocks");
     options.column_tolerance = 1e-4;
@@ -489,8 +475,12 @@ TEST_F(PrecomputeRun, WhatHoldsOfBlocksAndColumnsIsJudgedApart) {
     expect_reused(73, 0, "the viewer's factor must be made");
     EXPECT_TRUE(fs::exists(out_ / "factor_value.npy"));
     scene.contact.rigid_stiffness_n_per_m = 500.0;
-    expect_reused(73, 0, "the factor is kept");
+    expect_reused(73, 0, "the factor is kept", true);
     EXPECT_TRUE(fs::exists(out_ / "factor_value.npy"));
+    scene.tables.columns = ColumnRows::kNone;
+    expect_reused(73, 0, "no columns", true);
+    scene.material.poisson = 0.3;
+    expect_reused(0, 0, "another material");
     options.force = true;
     expect_reused(0, 0, "by force");
 }
@@ -622,7 +612,6 @@ TEST(PrecomputeBody, MouseHasThePapersCounts) {
 TEST_F(PrecomputeRun, AMistakeIsOneLineAndLeavesTheOldTables) {
     const std::array<double, 6> nowhere{5, 5, 5, 6, 6, 6}, everywhere{-1, -1, -1, 1, 1, 1};
     const std::pair<std::function<void(Scene&)>, const char*> mistakes[] = {
-        {[](Scene& s) { s.fixed.clear(); }, "cube.toml: fixed: 27 of 27 nodes are under-constrained"},
         {[](Scene& s) { s.fixed[0].box_m = {-1, -1, -1, 1, 1e-9, 1e-9}; }, "24 of 27 nodes are under-constrained"},
         {[&](Scene& s) { s.fixed[0].box_m = nowhere; }, "cube.toml:9: fixed.box: no node lies in it"},
         {[](Scene& s) {
@@ -635,15 +624,6 @@ TEST_F(PrecomputeRun, AMistakeIsOneLineAndLeavesTheOldTables) {
              s.touch = {box({0, 0, 0, 0, 0, 1}, 12)};
          },
          "cube.toml:12: touch: the region is empty"},
-        {[](Scene& s) {
-             s.touch = {box({-1, -1, -1, 1, 1, 0}, 12)};
-         },
-         "cube.toml:12: touch: all nodes of its patches are fixed"},
-        {[](Scene& s) {
-             s.mesh.generate.clear();
-             s.mesh.file = "no/such.msh";
-         },
-         "no/such.msh: mesh file cannot be read"},
         {[](Scene& s) { s.mesh.side_m = 1e9; }, "give the right mesh.side"}};
     run(cube_scene(3));
     const auto before = contents(out_);
@@ -675,26 +655,19 @@ TEST_F(PrecomputeRun, ASecondRunIntoTheFolderIsToldWhoIsWritingIt) {
     EXPECT_FALSE(run(scene).unchanged);
 }
 
-// Nothing beside the folder is written or removed, and nothing in it that is not haptable's.
-TEST_F(PrecomputeRun, OnlyItsOwnFolderIsWritten) {
-    const auto beside = [&](const char* what) { return temporary_.path() / (std::string("out") + what); };
-    write_file(temporary_.path() / "victim", "kept");
-    fs::create_symlink(temporary_.path() / "victim", beside(".lock"));
-    write_file(beside(".columns"), "the user's");
-    fs::create_directories(beside(".partial-999999999"));
+// Those of earlier tables go, and of runs that were killed; others stay (BaseOwnFolder; test_files_of_others_stay).
+TEST_F(PrecomputeRun, OnlyItsOwnFilesAreWrittenAndRemoved) {
     Scene scene = cube_scene(3);
+    const fs::path beside = temporary_.path() / "out.columns", in_it = out_ / "display.c";
+    write_file(beside, "the user's");
     run(scene);
+    write_file(in_it, "the user's");
     fs::create_directories(out_ / "tables.haptable-999999999" / "half");
-    write_file(out_ / "notes", "the user's");
-    write_file(out_ / "display.c", "the user's");
     scene.tables.columns = ColumnRows::kNone;
     run(scene);
-    for (const char* file : {"columns.npy", "row_id.npy"}) EXPECT_FALSE(fs::exists(out_ / file)) << "of earlier tables";
-    EXPECT_FALSE(fs::exists(out_ / "tables.haptable-999999999")) << "of a run that was killed";
-    for (const fs::path& kept : {out_ / "notes", out_ / "display.c", beside(".columns")})
-        EXPECT_EQ(read_file(kept), "the user's") << kept;
-    EXPECT_TRUE(fs::is_symlink(beside(".lock")) && fs::exists(beside(".partial-999999999")));
-    EXPECT_EQ(read_file(temporary_.path() / "victim"), "kept");
+    for (const char* gone : {"columns.npy", "row_id.npy", "tables.haptable-999999999"})
+        EXPECT_FALSE(fs::exists(out_ / gone)) << gone;
+    for (const fs::path& kept : {beside, in_it}) EXPECT_EQ(read_file(kept), "the user's") << kept;
 }
 
 TEST_F(PrecomputeRun, AFileOfItsNameThatIsNotOursStopsIt) {
