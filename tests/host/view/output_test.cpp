@@ -101,7 +101,7 @@ TEST(ViewOutput, WhatCannotBeWrittenIsAnError) {
     const TemporaryFolder folder;
     Output output(folder.path() / "gone" / "a.png", 8, 8, 33.0);  // there is no such folder
     add(output, 1);
-    EXPECT_THROW(output.close(), Error);
+    EXPECT_TRUE(fails_with([&] { output.close(); }, "gone/a.png"));
     EXPECT_THROW(Output(folder.path() / "a.jpg", 8, 8, 33.0), Error);
     EXPECT_TRUE(names(folder.path()).empty());
 }
