@@ -56,9 +56,7 @@ protected:
     }
     /// kTwoTets with `from` replaced by `to` is an error.
     void expect_changed_error(const std::string& from, const std::string& to, const std::string& part) {
-        std::string text = kTwoTets;
-        text.replace(text.find(from), from.size(), to);
-        write_file(folder_.path() / "m.msh", text);
+        write_file(folder_.path() / "m.msh", test::replaced(kTwoTets, from, to));
         expect_error(folder_.path() / "m.msh", part);
     }
 

@@ -20,14 +20,10 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-Tables cube_tables() {
-    const TemporaryFolder folder;
-    write_cube_tables(folder.path());
-    return read_tables(folder.path());
-}
+class ViewSurface : public WithCube {};
 
-TEST(ViewSurface, SplitsNormalsAtTheEdgesOfTheCubeOnlyAndOutwards) {
-    const DrawnSurface surface(cube_tables());
+TEST_F(ViewSurface, SplitsNormalsAtTheEdgesOfTheCubeOnlyAndOutwards) {
+    const DrawnSurface surface(tables_);
     EXPECT_EQ(surface.nodes(), 98U);
     EXPECT_EQ(surface.patches(), 192U);
     // Each of the 6 faces has 25 nodes with a normal of their own.
@@ -62,8 +58,8 @@ TEST(ViewPose, TurnsAboutTheCentreOfMass) {
     EXPECT_FALSE(pose_of({1.0, 0.0, 0.0}, {5.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0}));
 }
 
-TEST(ViewPose, MovesTheDrawnSurfaceAndItsNormals) {
-    DrawnSurface surface(cube_tables());
+TEST_F(ViewSurface, MovesWithItsNormals) {
+    DrawnSurface surface(tables_);
     const std::vector<Vector3f> before = surface.normal;
     const auto pose = pose_of({0.015, 0.015, 0.015}, {0.1, 0.0, 0.0}, kQuarter);
     surface.move(*pose);
@@ -77,8 +73,8 @@ TEST(ViewPose, MovesTheDrawnSurfaceAndItsNormals) {
                       .epsilon = kFloat);
 }
 
-TEST(ViewSurface, NormalsAreWeightedByAngle) {
-    DrawnSurface surface(cube_tables());
+TEST_F(ViewSurface, NormalsAreWeightedByAngle) {
+    DrawnSurface surface(tables_);
     std::srand(1);
     for (Vector3f& u : surface.displacement_m) u = 0.002F * Vector3f::Random();
     surface.update_normals();
