@@ -74,17 +74,6 @@ TEST_P(Cube, IsConformingAndItsSurfaceClosedAndOutward) {
 
 INSTANTIATE_TEST_SUITE_P(NodesPerSide, Cube, testing::Range(2, 8));
 
-TEST(PaperCube, HasTable1sCounts) {
-    const TetMesh mesh = make_cube(5, 0.03);
-    const Surface surface = find_surface(mesh.tet);
-    EXPECT_EQ(mesh.position_m.size(), 125U);
-    EXPECT_EQ(surface.node.size(), 98U);
-    EXPECT_EQ(surface.patch.size(), 192U);
-    EXPECT_EQ(mesh.tet.size(), 320U);
-    const auto held = [&](std::int32_t i) { return mesh.position_m[std::size_t(i)].z() == 0.0; };
-    EXPECT_EQ(std::count_if(surface.node.begin(), surface.node.end(), held), 98 - 73);
-}
-
 TEST(PaperCube, IsNumberedAsTheInterfaceSays) {
     const TetMesh mesh = make_cube(3, 2.0);
     EXPECT_EQ(mesh.position_m[0], Eigen::Vector3d(0, 0, 0));
