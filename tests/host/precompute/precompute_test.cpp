@@ -335,7 +335,7 @@ TEST(PrecomputeHash, IsOfTheContentOnly) {
     same.fixed.push_back(same.fixed.front());  // the same nodes, said twice
     EXPECT_EQ(hash(same), base);
 
-    constexpr std::size_t kBodies = 13, kAll = 17;
+    constexpr std::size_t kBodies = 18, kAll = 22;
     std::vector<Scene> other(kAll, cube_scene());
     other[0].material.young_pa *= 2.0;
     other[1].material.poisson = 0.3;
@@ -351,11 +351,18 @@ TEST(PrecomputeHash, IsOfTheContentOnly) {
         other[i].material = like({{5e4, 1e4, 4e3}, {0.4, 0.3, 0.25}, {6e3, i == 10 ? 5e3 : 5.05e3, 2e3}});
         other[i].material.orthotropic->axes.direction = {{{1, 0, 0}, {0, 1, i == 12 ? 0.1 : 0.0}}};
     }
+    other[13].beds = {{kTop, 1e5, 2e5}};
+    const Selection half = box({-1, -1, -1, 1, 1, 0.015});
+    for (std::size_t i : {14U, 15U}) other[i].regions = {{half, {i == 14 ? 2e4 : 3e4, 0.3}}};
+    for (std::size_t i : {16U, 17U}) {  // of one weight and of two
+        other[i].regions = {{half, {2e4, 0.3}, i == 16 ? 1000.0 : 900.0}};
+        other[i].gravity = other[9].gravity;
+    }
     // Of the same body:
-    other[13].touch = {box({-1, -1, 0.01, 1, 1, 1})};
-    other[14].contact.rigid_stiffness_n_per_m = 500.0;
-    other[15].device.max_force_n = 3.0;
-    other[16].tables.columns = ColumnRows::kNone;
+    other[18].touch = {box({-1, -1, 0.01, 1, 1, 1})};
+    other[19].contact.rigid_stiffness_n_per_m = 500.0;
+    other[20].device.max_force_n = 3.0;
+    other[21].tables.columns = ColumnRows::kNone;
     std::set<std::uint64_t> models{base.first}, bodies{base.second};
     for (std::size_t i = 0; i < kAll; ++i) {
         models.insert(hash(other[i]).first);
