@@ -165,16 +165,6 @@ TEST(Bed, OneThatOnlyPressesLetsABodySlide) {
     EXPECT_EQ(find_supports(body_of(scene), {}).front().bed_faces, 3U * 18U);
 }
 
-TEST(Bed, WhatHoldsNoFaceIsAnErrorWithItsLine) {
-    for (const Selection& where : {box(-1, -1, 0.0095, 1, 1, 0.0105), box(1, 1, 1, 2, 2, 2)}) {
-        Scene scene = block(Element::kLinear);
-        scene.beds = {{where, 1.0, 1.0}};
-        scene.beds[0].where.line = 7;
-        const std::string said = test::error_of([&] { body_of(scene); });
-        EXPECT_EQ(said.rfind("block.toml:7: bed", 0), 0U) << said;
-    }
-}
-
 Scene hanging(Element element, int cells, double young_pa) {
     Scene scene = test::cube_of("block", cells + 1, {young_pa, 0.0}, element);
     scene.fixed = {kTop};

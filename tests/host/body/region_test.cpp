@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What a scene says about parts of a body: materials, and where it may be touched.
+// Where a body may be touched.
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
 #include <algorithm>
 
-#include "host/base/error.hpp"
 #include "host/mesh/cube.hpp"
 #include "tests/host/body/cubes.hpp"
 
@@ -19,17 +18,6 @@ Scene column_scene(int nodes_per_side) {
     Scene scene = test::cube_of("column", nodes_per_side, {1e4, 0.0});
     scene.fixed.push_back(box(-1, -1, -1, 1, 1, 1e-9));
     return scene;
-}
-
-TEST(Region, TwoThatShareATetrahedronAndOneWithoutAnyAreErrors) {
-    const Material material{5e4, 0.0};
-    for (const auto& regions :
-         {std::vector<Region>{{box(-1, -1, -1, 1, 1, 1), material}, {box(-1, -1, 0.0, 1, 1, 0.01), material}},
-          std::vector<Region>{{box(1, 1, 1, 2, 2, 2), material}}, std::vector<Region>{{{{}, "nodule", 7}, material}}}) {
-        Scene scene = column_scene(3);
-        scene.regions = regions;
-        EXPECT_THROW(make_body(scene, make_mesh(scene.mesh)), Error);
-    }
 }
 
 TEST(Touch, AGroupOfTrianglesIsItsTriangles) {

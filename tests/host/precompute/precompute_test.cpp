@@ -615,20 +615,23 @@ TEST(PrecomputeBody, MouseHasThePapersCounts) {
 }
 
 TEST_F(PrecomputeRun, AMistakeIsOneLineAndLeavesTheOldTables) {
-    const std::array<double, 6> nowhere{5, 5, 5, 6, 6, 6}, everywhere{-1, -1, -1, 1, 1, 1};
+    const std::array<double, 6> nowhere{5, 5, 5, 6, 6, 6}, everywhere{-1, -1, -1, 1, 1, 1}, edge{0, 0, 0, 0, 0, 1},
+        corner{-1, -1, -1, 1, 1e-9, 1e-9}, middle{-1, -1, 0.0145, 1, 1, 0.0155};
+    const Selection pads{{}, "pads", 12};
+    const Region all{box(everywhere, 12), {5e4, 0.0}}, none{box(nowhere, 12), {5e4, 0.0}}, named{pads, {5e4, 0.0}};
+    const Bed inside{box(middle, 12), 1.0, 1.0}, away{box(nowhere, 12), 1.0, 1.0};
     const std::pair<std::function<void(Scene&)>, const char*> mistakes[] = {
-        {[](Scene& s) { s.fixed[0].box_m = {-1, -1, -1, 1, 1e-9, 1e-9}; }, "24 of 27 nodes are under-constrained"},
+        {[&](Scene& s) { s.fixed[0].box_m = corner; }, "24 of 27 nodes are under-constrained"},
         {[&](Scene& s) { s.fixed[0].box_m = nowhere; }, "cube.toml:9: fixed.box: no node lies in it"},
-        {[](Scene& s) {
-             s.fixed = {{{}, "pads", 9}};
-         },
-         "cube.toml:9: fixed.group: "},
+        {[&](Scene& s) { s.fixed[0] = pads; }, "cube.toml:12: fixed.group: "},
         {[&](Scene& s) { s.fixed[0].box_m = everywhere; }, "are fixed"},
         {[&](Scene& s) { s.touch = {box(nowhere, 12)}; }, "cube.toml:12: touch.box: no node lies in it"},
-        {[](Scene& s) {
-             s.touch = {box({0, 0, 0, 0, 0, 1}, 12)};
-         },
-         "cube.toml:12: touch: the region is empty"},
+        {[&](Scene& s) { s.touch = {box(edge, 12)}; }, "cube.toml:12: touch: the region is empty"},
+        {[&](Scene& s) { s.regions.assign(2, all); }, "is in the region of line 12 too"},
+        {[&](Scene& s) { s.regions = {none}; }, "cube.toml:12: region.box: no tetrahedron has its centre in it"},
+        {[&](Scene& s) { s.regions = {named}; }, "cube.toml:12: region.group: the mesh has no tetrahedra"},
+        {[&](Scene& s) { s.beds = {inside}; }, "cube.toml:12: bed: no face of the surface has all its nodes in it"},
+        {[&](Scene& s) { s.beds = {away}; }, "cube.toml:12: bed.box: no node lies in it"},
         {[](Scene& s) { s.mesh.side_m = 1e9; }, "give the right mesh.side"}};
     run(cube_scene(3));
     const auto before = contents(out_);
