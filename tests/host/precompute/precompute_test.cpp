@@ -484,6 +484,9 @@ TEST_F(PrecomputeRun, WhatHoldsOfBlocksAndColumnsIsJudgedApart) {
     scene.contact.rigid_stiffness_n_per_m = 500.0;
     expect_reused(73, 0, "the factor is kept", true);
     EXPECT_TRUE(fs::exists(out_ / "factor_value.npy"));
+    scene.tables.column_budget_bytes = 1e9;
+    expect_reused(73, 0, "columns again");
+    EXPECT_TRUE(fs::exists(out_ / "columns.npy") && !fs::exists(out_ / "factor_value.npy"));
     scene.tables.columns = ColumnRows::kNone;
     expect_reused(73, 0, "no columns", true);
     scene.material.poisson = 0.3;

@@ -61,14 +61,6 @@ TEST_F(Frames, OverTheBudgetTheViewerSolvesAndSeesTheSame) {
     }
 }
 
-TEST_F(Frames, BackWithinTheBudgetTheFactorGoes) {
-    run(1000.0, solves_);
-    EXPECT_TRUE(fs::exists(solves_ / "factor_value.npy"));
-    run(1e9, solves_);
-    EXPECT_FALSE(fs::exists(solves_ / "factor_value.npy"));
-    EXPECT_TRUE(fs::exists(solves_ / "columns.npy"));
-}
-
 TEST_F(Frames, DamagedFactorFilesAreErrorsThatNameThem) {
     run(1000.0, solves_);
     const Tables tables = read_tables(solves_);
