@@ -38,7 +38,7 @@ protected:
 };
 
 /// What a scene may name beside dents that stiffen.
-struct Law {
+struct StiffeningLaw {
     const char* name;
     void (*ask)(Tables&);
 };
@@ -46,7 +46,7 @@ struct Law {
 /// The nearest point gives energy by itself.
 class LeastStiffening : public Stiffening {
 protected:
-    Tables with(const Law& law) const {
+    Tables with(const StiffeningLaw& law) const {
         Tables laws = laws_;
         law.ask(laws);
         return laws;
@@ -89,7 +89,7 @@ TEST_P(Stiffening, ContactIsTheLinearOnesAndItsForceTimesPsi) {
     EXPECT_EQ(most, kCurve.factor(kCurve.energy_j)) << "beyond e_0 too";
 }
 
-constexpr Law kLaws[] = {
+constexpr StiffeningLaw kLaws[] = {
     {"nothing else", [](Tables&) {}},
     {"friction", [](Tables& t) { t.static_friction = t.kinetic_friction = 0.4; }},
     {"release", [](Tables& t) { t.options.set("contact.release_slew", 0.01); }},
@@ -119,7 +119,7 @@ constexpr Law kLaws[] = {
 // way may lead over the surface. Presses, goes around on it and comes back, in 5,000 ticks: at no time has the hand got
 // more than it gave.
 TEST_P(LeastStiffening, WithAnyLawClosedLoopsGiveNoEnergy) {
-    for (const Law& law : kLaws) {
+    for (const StiffeningLaw& law : kLaws) {
         if (law.name == std::string("mean")) continue;  // a clamp, which needs a force of a motor's size
         SCOPED_TRACE(law.name);
         laws_.max_force_n = 1e3;
@@ -146,7 +146,7 @@ TEST_P(LeastStiffening, WithAnyLawClampsHold) {
     constexpr double kMost_n = 0.3;
     linear_.max_force_n = static_cast<float>(kMost_n);
     laws_.max_force_n = kMost_n;
-    for (const Law& law : kLaws) {
+    for (const StiffeningLaw& law : kLaws) {
         SCOPED_TRACE(law.name);
         WithLaws body(linear_, with(law));
         const haptable_model& model = body.model();
