@@ -131,6 +131,19 @@ TEST_F(BodyTest, AFreeTopPrecesses) {
     EXPECT_NEAR((now - momentum).norm(), 0.0, kForm * momentum.norm());
 }
 
+TEST_F(BodyTest, ItsTurnKeepsItsLength) {
+    body.inertia_kg_m2[1] *= 1.3F;
+    body.inertia_kg_m2[2] *= 1.9F;
+    begin();
+    spin({5.0, 12.0, 19.0});
+    const double before = energy();
+    for (int tick = 0; tick < 60000; ++tick) {
+        move();
+        ASSERT_WITHIN(std::abs(turn_of(state).norm() - 1.0), .count = 8, .epsilon = kFloat) << tick;
+    }
+    EXPECT_NEAR(energy(), before, 1e-3 * before);
+}
+
 // What rounding has made of a turn's length does not stay: its error is squared each tick.
 TEST_F(BodyTest, ATurnOfAnotherLengthIsMended) {
     begin();

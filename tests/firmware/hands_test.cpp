@@ -64,6 +64,10 @@ std::vector<Vector3d> around(std::size_t count, double depth_m, double turn = 0.
     return x;
 }
 
+void press(Hands& hands, std::size_t count, double depth_m, double turn = 0.0) {
+    for (int tick = 0; tick <= 60; ++tick) hands.to(around(count, depth_m * tick / 60.0 - 1e-4 * (60 - tick), turn));
+}
+
 TEST(Hands, FingersThatAreSwappedFeelTheSame) {
     for (const GodObject god_object : every<GodObject>()) {
         const std::size_t count = 5;
@@ -155,6 +159,22 @@ TEST(Hands, PassivityTakesBackWhatTheNearestGodObjectGives) {
     const double plain = most(false);
     EXPECT_GT(plain, 1e-3);
     EXPECT_LT(most(true), 0.3 * plain);
+}
+
+TEST(Hands, FrictionHoldsEachFingerWithinItsCone) {
+    const double mu = 0.4;
+    const std::size_t count = 3;
+    Hands hands(coupled_cube(ForceLaw::kPressureMask), count, {.god_object = GodObject::kLeastEnergy, .friction = mu});
+    press(hands, count, 0.0015, 0.2);
+    double most = 0.0;
+    for (int tick = 1; tick <= 400; ++tick) {
+        hands.to(around(count, 0.0015, 0.2, 1e-5 * tick));
+        if (tick <= 200) continue;
+        ASSERT_EQ(hands.pressing(), count);
+        most = std::max(most, hands.steepest());
+    }
+    EXPECT_LT(most, mu * 1.1);
+    EXPECT_GT(most, mu * 0.5);
 }
 
 TEST(Hands, EachKeepsItsLimitsAndItsFaults) {

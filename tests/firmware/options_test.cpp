@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What a scene may add to contact: friction, a soft release, a coupling. And that it costs nothing
+// What a scene may add to contact: friction, a soft release, passivity, a coupling. And that it costs nothing
 // elsewhere.
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <random>
 
 #include "tests/bodies.hpp"
 #include "tests/finger.hpp"
@@ -52,6 +53,43 @@ TEST(Release, AForceThatEndsAtAConvexEdgeIsBroughtDownAtItsSlew) {
     EXPECT_WITHIN(run.given, .count = 64, .epsilon = kFloat, .size = 1.5 * 5e-5) << "it only dissipates";
     EXPECT_GE(run.ticks_of_release, 27);
     EXPECT_LE(run.ticks_of_release, 31);
+}
+
+/// -sum of the nodal forces: the contact's own, N.
+Vector3d contact_force(const Finger& finger) {
+    Vector3d force = Vector3d::Zero();
+    for (const auto& nodal : finger.out().nodal_force_n) force -= to_vector(nodal);
+    return force;
+}
+
+// Whatever the finger does: it is never pushed where the contact does not push it, and never gets back more than it
+// paid. A force times the motion that led to it gives no more than the way between, so the sum needs no stored energy.
+TEST(Release, GivesNothingOnRandomWays) {
+    const TestModel body(l_shape(6, 0.06), -1e9, GodObject::kLeastEnergy);
+    haptable_model model = *body.get();
+    model.release = haptable_release_slew;
+    model.release_n = 0.02F;
+    model.stiffness_limit_n_per_m = 400.0F;
+    Finger finger(model);
+    Wander wander(Vector3d::Constant(-0.01), Vector3d::Constant(0.07), 3e-4, 3);
+    int released = 0, owing = 0;
+    double given = 0.0, moved = 0.0;
+    finger.to(wander.next());
+    for (int tick = 0; tick < 30000; ++tick) {
+        const Vector3d from = finger.at();
+        finger.to(wander.next());
+        const Vector3d step = finger.at() - from;
+        const double pushes = std::max(0.0, contact_force(finger).dot(step));
+        moved += finger.force().norm() * step.norm();
+        ASSERT_WITHIN(finger.force().dot(step) - pushes, .count = 16, .epsilon = kFloat, .size = 8.5 * 0.07) << tick;
+        given += finger.force().dot(step);
+        ASSERT_WITHIN(given, .count = 64, .epsilon = kFloat, .size = moved) << tick;
+        released += to_vector(finger.servo().released_n).norm() > 0.0;
+        owing += finger.servo().owed_j > 0.0F;
+    }
+    EXPECT_GT(released, 100);
+    EXPECT_GT(owing, 100);
+    EXPECT_GT(finger.servo().counters.jumps, 10U);
 }
 
 /// A finger that is pressed so deep into a spring of 1,000 N/m at the most, by a release of 0.01 N a tick alone.
@@ -185,6 +223,45 @@ TEST(Friction, AnEndedContactLeavesNothing) {
             EXPECT_EQ(finger.force(), Vector3d::Zero()) << i;
         }
     }
+}
+
+TEST(Friction, TakesEnergyInClosedLoops) {
+    const ElasticBody body(cube_scene(5, 0.3), ForceLaw::kConsistent);
+    Finger finger(with_friction(body.model(GodObject::kLeastEnergy), 0.3F, 0.3F));
+    std::mt19937 random(8);
+    std::uniform_real_distribution<double> over(0.008, 0.022);
+    for (int loop = 0; loop < 30; ++loop) {
+        const Vector3d a(over(random), over(random), 0.031), b(over(random), over(random), 0.028);
+        finger.begin();
+        const Work work =
+            walk(finger, {a, {a.x(), a.y(), 0.028}, b, {a.x(), b.y(), 0.0275}, {b.x(), b.y(), 0.031}}, 300);
+        EXPECT_LT(work.given_j, -0.01 * work.put_in_j);
+    }
+}
+
+/// Round and round on the cube with the paper's force, which gives energy in one sense: what the user got, J, of forces
+/// that are held over a tick.
+double circle(const haptable_model& model, double sense) {
+    Finger finger(model);
+    const Vector3d over(0.015, 0.015, 0.031), down(0, 0, -0.006), aside(sense * 0.0075, sense * 0.006, 0);
+    double given = 0.0;
+    for (int round = 0; round < 40; ++round)
+        walk({over, over + down, over + down + aside, over + aside, over}, 150, [&](const Vector3d& x) {
+            const Vector3d from = finger.at(), force = finger.force();
+            finger.to(x);
+            given += force.dot(finger.at() - from);
+        });
+    return given;
+}
+
+TEST(Passivity, TheControllerTakesBackWhatThePapersForceGives) {
+    const ElasticBody body(cube_scene(5, 0.3), ForceLaw::kInterpolated);
+    haptable_model model = body.model();
+    const double without = std::max(circle(model, 1.0), circle(model, -1.0));
+    model.passivity = haptable_passivity_control;
+    const double with = std::max(circle(model, 1.0), circle(model, -1.0));
+    EXPECT_GT(without, 1e-3);
+    EXPECT_WITHIN(with, .epsilon = 0.02, .size = without);
 }
 
 // What the device renders, and no softer than needed. A body feels motion scale x force scale as stiff to the hand, and

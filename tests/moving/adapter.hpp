@@ -66,6 +66,7 @@ public:
     bool both_touch() const { return felt_[0].touches && felt_[1].touches; }
     Eigen::Vector3d force_n() const { return felt_[0].force_n + felt_[1].force_n; }  ///< on both hands
     bool is_sound() const;                                                           ///< all are numbers, without fault
+    bool is_sound(int finger) const;                                                 ///< likewise
     /// Of the last tick.
     const haptable_output& out(int finger) const { return out_[std::size_t(finger)]; }
     bool is_on_floor() const { return scene_->body()->on_floor != 0; }
@@ -83,8 +84,6 @@ public:
     void step(const TwoPoints& finger_m, Ledger& ledger);
 
 private:
-    bool is_sound(int finger) const;
-
     const MovingTables& tables_;
     Touching touching_;
     haptable_model model_{};

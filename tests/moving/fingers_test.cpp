@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Two fingers on held bodies, moved as no hand would: what they feel when they are swapped, and what they get around
-// closed loops.
+// Two fingers on held bodies, moved as no hand would: where they are on the surface, what they feel when they are
+// swapped, and what they get around closed loops.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -82,6 +82,42 @@ protected:
         }
     }
 };
+
+// HAPTABLE_TICKS=... of each body, force, god-object, with friction and without.
+TEST_P(TwoOnABody, GodObjectsAreOnTheSurfaceInEveryTick) {
+    const int ticks = asked("HAPTABLE_TICKS", 2000);
+    long touched = 0, all = 0;
+    with_each_force([&](const MovingTables& tables, unsigned force) {
+        for (unsigned kind = 0; kind < 4; ++kind) {
+            std::mt19937 random(1 + kind + 10 * force);
+            const Surface surface(tables, random);
+            MovingSession session(tables, {.fingers = 2,
+                                           .god_object = kind / 2 == 0 ? GodObject::kLeastEnergy : GodObject::kNearest,
+                                           .friction = kind % 2 == 0 ? 0.0 : 0.5});
+            Adversary adversary(tables, random);
+            for (int tick = 0; tick < ticks; ++tick) {
+                session.step(adversary.next());
+                for (int f = 0; f < 2; ++f) {
+                    SCOPED_TRACE(testing::Message() << "kind " << kind << " tick " << tick << " finger " << f);
+                    const Felt& felt = session.felt(f);
+                    ASSERT_TRUE(session.is_sound(f));
+                    ++all;
+                    if (!felt.touches) continue;
+                    ++touched;
+                    const Vector3d alpha = to_vector(session.out(f).alpha);
+                    const std::size_t patch = session.out(f).patch;
+                    ASSERT_WITHIN(std::abs(alpha.sum() - 1.0), .count = 4, .epsilon = kFloat)
+                        << alpha.transpose() << " of patch " << patch;
+                    ASSERT_WITHIN((surface.at(patch, alpha) - felt.god_m).norm(), .count = 8, .epsilon = kFloat,
+                                  .size = 0.1);
+                    ASSERT_GE(alpha.minCoeff(), 0.0);
+                    ASSERT_LE(alpha.maxCoeff(), 1.0);
+                }
+            }
+        }
+    });
+    EXPECT_GT(touched, all / 10);
+}
 
 // C is symmetric, and so is all that two nearest god-objects feel: to the rounding of a solve for six unknowns, of
 // which at least a 64th is definite. On the slab two fingers come to load one node alone, next to fixed ones, where

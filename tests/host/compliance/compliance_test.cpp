@@ -29,6 +29,23 @@ protected:
     Progress progress_{true};
 };
 
+TEST_F(Blocks, ColumnsAreThoseOfTheInverse) {
+    const Factor factor(k_);
+    std::size_t seen = 0;
+    const double residual =
+        solve_columns(factor, k_, node_, progress_, [&](std::size_t first, const Eigen::MatrixXd& x) {
+            ASSERT_EQ(first, seen);
+            for (Eigen::Index c = 0; c < x.cols() / 3; ++c) {
+                const auto column = l_.middleCols<3>(3 * node_[first + std::size_t(c)]);
+                ASSERT_WITHIN((x.middleCols<3>(3 * c) - column).norm() / column.norm(), bound_);
+            }
+            seen += std::size_t(x.cols()) / 3;
+        });
+    EXPECT_EQ(seen, node_.size());
+    EXPECT_GT(residual, 0.0);
+    EXPECT_WITHIN(residual, bound_);  // of unit loads
+}
+
 TEST_F(Blocks, TheResidualSeesAWrongFactor) {
     Eigen::SparseMatrix<double> other = k_;
     other.coeffRef(299, 299) *= 1.0 + 1e-6;
