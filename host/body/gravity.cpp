@@ -43,15 +43,10 @@ double force_change(const Body& body, const NodeWeights& load, const Eigen::Spar
 
 /// Throws Error where a sag, linear as it is, turns tetrahedra inside out: the surface that is touched would be wrong.
 void require_unturned(const Scene& scene, const Body& body, const std::vector<Eigen::Vector3d>& sag_m) {
-    const auto at = [&](std::int32_t node) {
-        const auto i = static_cast<std::size_t>(node);
-        return Eigen::Vector3d(body.mesh.position_m[i] + sag_m[i]);
-    };
-    const auto is_turned = [&](const Tet& tet) {
-        const Eigen::Vector3d a = at(tet[0]), u = at(tet[1]) - a, v = at(tet[2]) - a, w = at(tet[3]) - a;
-        return u.cross(v).dot(w) <= 0.0;
-    };
-    const auto turned = std::count_if(body.mesh.tet.begin(), body.mesh.tet.end(), is_turned);
+    std::vector<Eigen::Vector3d> loaded_m = body.mesh.position_m;
+    for (std::size_t i = 0; i < loaded_m.size(); ++i) loaded_m[i] += sag_m[i];
+    const auto turned = std::count_if(body.mesh.tet.begin(), body.mesh.tet.end(),
+                                      [&](const Tet& tet) { return six_volumes(loaded_m, tet) <= 0.0; });
     if (turned == 0) return;
     throw Error(
         fmt::format("{}: gravity: the body's weight turns {} of its {} tetrahedra inside out: make it stiffer, hold it "
@@ -129,11 +124,12 @@ void require_unbuckled(const Scene& scene, const GravityFacts& facts) {
                     scene.file.string(), facts.load_factor));
 }
 
-std::vector<std::string> gravity_warnings(const Scene& scene, const std::optional<GravityFacts>& facts, double size_m) {
+std::vector<std::string> gravity_warnings(const Scene& scene, const std::optional<GravityFacts>& facts,
+                                          const Eigen::AlignedBox3d& box_m) {
     if (!facts) return {};
     std::vector<std::string> warnings;
     const std::string body = scene.file.string() + ": gravity: ";
-    if (facts->largest_sag_m > GravityFacts::kMostSag * size_m)
+    if (facts->largest_sag_m > GravityFacts::kMostSag * box_m.sizes().maxCoeff())
         warnings.push_back(body + fmt::format("the body sags by {:.3g} m, more than a tenth of its size, and sag is "
                                               "linear: make it stiffer, or hold it elsewhere",
                                               facts->largest_sag_m));

@@ -5,6 +5,7 @@
 // without weight; what the stress adds to it is told, and taken where the scene asks for it.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <optional>
 #include <string>
 #include <vector>
@@ -44,8 +45,9 @@ GravityFacts judge_gravity(const Scene& scene, const Body& body, const Masks& ma
 void require_unbuckled(const Scene& scene, const GravityFacts& facts);
 
 /// "the body's weight changes the force by up to 3 % ...": where that is felt and not taken; and a sag beyond small
-/// strain. size_m: the longest side of the body's box.
-std::vector<std::string> gravity_warnings(const Scene& scene, const std::optional<GravityFacts>& facts, double size_m);
+/// strain, of a body in that box.
+std::vector<std::string> gravity_warnings(const Scene& scene, const std::optional<GravityFacts>& facts,
+                                          const Eigen::AlignedBox3d& box_m);
 
 /// One line for people.
 std::string describe(const Scene& scene, const GravityFacts& facts);

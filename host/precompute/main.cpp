@@ -135,19 +135,15 @@ void check(const Scene& scene, const Options& options) {
     say(options.telling, "warning", holding_warnings(scene, body));
     draw_check(scene, body, audit, under_constrained, options);
     Foretold told;
-    if (under_constrained.empty()) {
+    try {
         Progress progress(options.telling.quiet);
-        try {
-            told = foretell(scene, body, progress);
-        } catch (const Error&) {
-            progress.clear();
-            print_check(scene, audit, find_supports(body, under_constrained), options);
-            throw;
-        }
-        progress.clear();
+        if (under_constrained.empty()) told = foretell(scene, body, progress);
+    } catch (const Error&) {
+        print_check(scene, audit, find_supports(body, under_constrained), options);
+        throw;
     }
     say(options.telling, "warning", locking_warnings(scene, told.locking));
-    say(options.telling, "warning", gravity_warnings(scene, told.gravity, audit.box_m.sizes().maxCoeff()));
+    say(options.telling, "warning", gravity_warnings(scene, told.gravity, audit.box_m));
     print_check(scene, audit, find_supports(body, under_constrained), options, told.gravity);
     if (told.gravity && !options.telling.json && !options.telling.quiet)
         fmt::print("{}", describe(scene, *told.gravity));

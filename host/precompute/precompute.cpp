@@ -14,7 +14,6 @@
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
 #include "host/base/hash.hpp"
-#include "host/base/interrupt.hpp"
 #include "host/body/assembly.hpp"
 #include "host/body/rigid_body.hpp"
 #include "host/body/sample_tool.hpp"
@@ -171,16 +170,6 @@ MaskSummary make_mask(const Run& run) {
     write_mask(masks, compliance, run.beside);
     return {under.facts,      compliance.flops, under.l_ij.size(),
             masks.most_nodes, masks.widened,    masks.vertex_id.size() + masks.edge_id.size()};
-}
-
-/// What is found wrong with tables is told of the scene that they are of.
-template <typename Work>
-auto in_scene(const Scene& scene, Work work) try {
-    return work();
-} catch (const Interrupted&) {
-    throw;
-} catch (const Error& error) {
-    throw Error(scene.file.string() + ": " + error.what());
 }
 
 /// What couples two fingers, and how good it is.

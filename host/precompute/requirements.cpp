@@ -7,7 +7,6 @@
 
 #include "codegen/codegen.hpp"
 #include "codegen/model.hpp"
-#include "host/base/error.hpp"
 #include "host/body/rigid_body.hpp"
 #include "host/compliance/compliance.hpp"
 #include "host/inverse/natural_modes.hpp"
@@ -44,12 +43,10 @@ void require_servo(const Scene& scene, const Body& body) {
     tables.precision = scene.tables.precision;
     if (scene.contact.force == ForceLaw::kInterpolated)
         tables.stiffness.assign(body.touch_node.size(), {1, 0, 0, 0, 1, 0, 0, 0, 1});
-    try {
+    in_scene(scene, [&] {
         const ServoModel model = build_model(tables);
         require_flash(flash_tables(model), model, scene.tables.flash_budget);
-    } catch (const Error& error) {
-        throw Error(scene.file.string() + ": " + error.what());
-    }
+    });
 }
 
 void require_rows_and_modes(const Scene& scene, const Body& body) {

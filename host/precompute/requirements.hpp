@@ -2,10 +2,19 @@
 // What a body must have for tables to be made of it. Each throws Error with the scene's name and what to do.
 #pragma once
 
+#include "host/base/error.hpp"
 #include "host/body/under_constrained.hpp"
 #include "host/inverse/inverse.hpp"
 
 namespace haptable {
+
+/// What work finds wrong with tables is told of the scene that they are of.
+template <typename Work>
+auto in_scene(const Scene& scene, Work work) try {
+    return work();
+} catch (const Error& error) {
+    throw Error(scene.file.string() + ": " + error.what());
+}
 
 /// No node is under-constrained; a body that is not held hangs together. Returns what fixes each body.
 std::vector<Support> require_constrained(const Scene& scene, const Body& body);

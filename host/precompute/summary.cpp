@@ -218,6 +218,29 @@ std::string stiffness_line(const Scene& scene, const ServoStiffness& k, const Pr
                        k.stable_n_per_m, more);
 }
 
+/// Young's modulus that makes a small dent of the body the record's.
+std::vector<std::string> press_warnings(const Scene& scene, const std::optional<StiffeningFit>& fit) {
+    constexpr double kShare = 0.1;
+    if (!fit || !fit->pressed) return {};
+    const RecordedPress& press = *scene.material.stiffening->press;
+    const double factor = press.stiffness_n_per_m / fit->pressed->stiffness_n_per_m;
+    if (std::abs(factor - 1.0) < kShare) return {};
+    return {
+        fmt::format("a small dent of the record has {:.3g} N/m, and the body {:.3g} N/m there: young = {:.4g} in "
+                    "[material] makes them alike",
+                    press.stiffness_n_per_m, fit->pressed->stiffness_n_per_m, factor * scene.material.young_pa)};
+}
+
+/// A coupling whose error is felt.
+std::vector<std::string> pair_warnings(const std::optional<PairSummary>& pair) {
+    constexpr double kFelt = 0.1;  // of the forces
+    if (!pair || pair->error.worst <= kFelt) return {};
+    return {
+        fmt::format("of two contacts the forces are off by up to {:.2g} % of themselves (99 %: {:.2g} %): give "
+                    "more tables.coupling_bytes, or touch a smaller region",
+                    100.0 * pair->error.worst, 100.0 * pair->error.p99)};
+}
+
 }  // namespace
 
 PairSummary::PairSummary(const PairTables& tables, const PairError& measured)
@@ -232,34 +255,13 @@ PairSummary::PairSummary(const PairTables& tables, const PairError& measured)
       bytes(pair_bytes(tables)),
       error(measured) {}
 
-/// Young's modulus that makes a small dent of the body the record's.
-std::vector<std::string> press_warnings(const Scene& scene, const std::optional<StiffeningFit>& fit) {
-    constexpr double kShare = 0.1;
-    if (!fit || !fit->pressed) return {};
-    const RecordedPress& press = *scene.material.stiffening->press;
-    const double factor = press.stiffness_n_per_m / fit->pressed->stiffness_n_per_m;
-    if (std::abs(factor - 1.0) < kShare) return {};
-    return {
-        fmt::format("a small dent of the record has {:.3g} N/m, and the body {:.3g} N/m there: young = {:.4g} in "
-                    "[material] makes them alike",
-                    press.stiffness_n_per_m, fit->pressed->stiffness_n_per_m, factor * scene.material.young_pa)};
-}
-
-// Of the forces of two contacts, from which on it is felt.
-constexpr double kMostPairError = 0.1;
-
 std::vector<std::string> run_warnings(const Scene& scene, const Summary& summary) {
     std::vector<std::string> warnings = locking_warnings(scene, summary.inverse.locking);
     for (const std::string& warning : digit_warnings(scene, summary)) warnings.push_back(warning);
     for (const std::string& warning : press_warnings(scene, summary.stiffening)) warnings.push_back(warning);
-    const double size_m = summary.audit.box_m.sizes().maxCoeff();
-    for (const std::string& warning : gravity_warnings(scene, summary.inverse.gravity, size_m))
+    for (const std::string& warning : gravity_warnings(scene, summary.inverse.gravity, summary.audit.box_m))
         warnings.push_back(warning);
-    if (summary.pair && summary.pair->error.worst > kMostPairError)
-        warnings.push_back(
-            fmt::format("of two contacts the forces are off by up to {:.2g} % of themselves (99 %: {:.2g} %): give "
-                        "more tables.coupling_bytes, or touch a smaller region",
-                        100.0 * summary.pair->error.worst, 100.0 * summary.pair->error.p99));
+    for (const std::string& warning : pair_warnings(summary.pair)) warnings.push_back(warning);
     return warnings;
 }
 
