@@ -182,7 +182,8 @@ PairSummary make_pair(const Run& run) {
     const double meeting_m = meeting_distance(scene, body);
     run.clock.begin("clusters");
     const PairTables tables = in_scene(scene, [&] {
-        return make_pair_tables(controls, l, meeting_m, scene.tables.coupling_bytes, scene.contact, progress);
+        return make_pair_tables(controls, l, meeting_m, run.scene.tables.coupling_bytes, run.scene.contact,
+                                run.progress);
     });
     write_pair(tables, beside);
     return {tables, measure_pair(controls, l, tables, scene.contact, tables.is_exact() ? kOfExact : kPlaces)};
@@ -388,7 +389,7 @@ void write(const Run& run, const Matrices& stiffness_n_per_m, const std::optiona
     list_files(beside, summary.files);
     write_file(beside / "tables.json", tables_text(facts_of(scene, body, summary), summary, ""));
     clock.begin("codegen");
-    summary.size = in_scene(scene, [&] { return generate_model(beside, options.code); });
+    summary.size = in_scene(scene, [&] { return generate_model(run.beside, run.options.code); });
     list_files(beside, summary.files);
     summary.stages = clock.end();
     const nlohmann::ordered_json facts = facts_of(scene, body, summary);
