@@ -10,7 +10,7 @@ out=${BUILD:-build}/fuzz
 seconds=$1
 shift
 readers=${*:-abaqus vega vtu tetgen scene messages}
-sources="host/dense/dense.cpp host/base/file.cpp host/base/interrupt.cpp host/base/json.cpp host/base/scene_options.cpp host/base/stiffening.cpp host/base/text.cpp host/mesh/lines.cpp host/mesh/read_abaqus.cpp host/mesh/read_vega.cpp
+sources="host/dense/dense.cpp host/base/file.cpp host/base/interrupt.cpp host/base/json.cpp host/base/limits.cpp host/base/scene_options.cpp host/base/stiffening.cpp host/base/text.cpp host/mesh/lines.cpp host/mesh/read_abaqus.cpp host/mesh/read_vega.cpp
     host/mesh/read_vtu.cpp host/mesh/read_tetgen.cpp $(ls host/scene/*.cpp | grep -v /main.cpp) host/link/decode.cpp"
 flags="-std=c++20 -g -O1 -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=undefined -I. -isystem ${BUILD:-build}/lcm -isystem /usr/include/eigen3"
 command -v clang++ >/dev/null || { echo "fuzz: no clang++: the readers are not fuzzed"; exit 0; }
