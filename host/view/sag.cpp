@@ -9,6 +9,8 @@
 namespace haptable {
 
 Sag read_sag(Tables tables, const TablesFolder& folder) {
+    if (folder.has("body.json"))
+        throw Error(folder.text() + ": has no sag: a free body falls, and its weight does not deform it");
     if (!folder.has("sag.npy"))
         throw Error(folder.text() + ": has no sag: give the scene a [gravity] and make the tables again");
     const MappedNpy<double> sag_m(folder.file("sag.npy"));

@@ -369,6 +369,10 @@ TEST_F(ViewPicture, TheGhostStandsWhereTheBodyWas) {
 // The tables' positions have sagged: what is drawn goes from the shape without weight to them.
 TEST_F(ViewPicture, ASagIsDrawnFromTheShapeWithoutWeight) {
     EXPECT_TRUE(fails_with([&] { read_sag(tables_, folder_.path()); }, "has no sag: give the scene a [gravity]"));
+    write_file(folder_.path() / "body.json", "{}");
+    seal(folder_.path());
+    EXPECT_TRUE(fails_with([&] { read_sag(tables_, folder_.path()); }, "has no sag: a free body falls"));
+    std::filesystem::remove(folder_.path() / "body.json");
     std::vector<double> sag_m;
     for (const auto& x : tables_.position) sag_m.insert(sag_m.end(), {0.0, 0.0, -0.05 * x[2]});
     write_npy<double>(folder_.path() / "sag.npy", {tables_.position.size(), 3}, sag_m);
