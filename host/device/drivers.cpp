@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "host/base/error.hpp"
+#include "host/base/command_line.hpp"
 
 namespace haptable {
 
@@ -30,7 +30,7 @@ std::string driver_names() {
 std::unique_ptr<Driver> open_driver(const std::string& name, const DriverOptions& options) {
     for (const DriverEntry& one : kDrivers)
         if (name == one.name) return one.open(options);
-    throw Error(fmt::format("--driver: there is no {}; there are simulated, {}", name, driver_names()));
+    throw BadCommandLine(fmt::format("--driver: there is no {}; there are simulated, {}", name, driver_names()));
 }
 
 }  // namespace haptable

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "host/base/error.hpp"
+#include "host/base/command_line.hpp"
 #include "host/device/drivers.hpp"
 #include "host/device/exchange_driver.hpp"
 #include "host/device/falcon.hpp"
@@ -84,7 +84,7 @@ private:
 }  // namespace
 
 std::unique_ptr<Driver> open_falcon(const DriverOptions& options) {
-    if (options.port.empty()) throw Error("--driver falcon: needs --port, such as /dev/ttyUSB0");
+    if (options.port.empty()) throw BadCommandLine("--driver falcon: needs --port, such as /dev/ttyUSB0");
     return std::make_unique<FalconDriver>(options);
 }
 

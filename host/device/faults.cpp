@@ -9,7 +9,7 @@
 #include <limits>
 #include <string_view>
 
-#include "host/base/error.hpp"
+#include "host/base/command_line.hpp"
 
 namespace haptable {
 
@@ -48,7 +48,7 @@ std::string names() {
 }
 
 [[noreturn]] void fail(std::string_view part, const std::string& why) {
-    throw Error(fmt::format("--fault: \"{}\": {}", part, why));
+    throw BadCommandLine(fmt::format("--fault: \"{}\": {}", part, why));
 }
 
 /// A number and what follows it; false where there is no number.

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-#include "host/base/error.hpp"
+#include "host/base/command_line.hpp"
 #include "host/device/drivers.hpp"
 #include "host/device/exchange_driver.hpp"
 #include "host/device/five_bar.hpp"
@@ -112,9 +112,9 @@ private:
 }  // namespace
 
 std::unique_ptr<Driver> open_hapi(const DriverOptions& options) {
-    if (options.port.empty()) throw Error("--driver hapi: needs --port, such as /dev/ttyACM0");
+    if (options.port.empty()) throw BadCommandLine("--driver hapi: needs --port, such as /dev/ttyACM0");
     if (options.hardware != 2 && options.hardware != 3)
-        throw Error("--hardware: is 3 for the plastic 2diy, or 2 for the metal one");
+        throw BadCommandLine("--hardware: is 3 for the plastic 2diy, or 2 for the metal one");
     return std::make_unique<HapiDriver>(options);
 }
 

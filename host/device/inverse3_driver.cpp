@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "host/base/command_line.hpp"
 #include "host/base/error.hpp"
 #include "host/base/json.hpp"
 #include "host/base/text.hpp"
@@ -32,7 +33,7 @@ struct Address {
 Address address_of(const std::string& url) {
     constexpr std::string_view kScheme = "ws://";
     Address address;
-    if (!url.starts_with(kScheme)) throw Error("--url: " + url + " is not ws://HOST:PORT");
+    if (!url.starts_with(kScheme)) throw BadCommandLine("--url: " + url + " is not ws://HOST:PORT");
     address.host = url.substr(kScheme.size());
     if (const auto slash = address.host.find('/'); slash != std::string::npos) {
         address.path = address.host.substr(slash);
@@ -40,7 +41,7 @@ Address address_of(const std::string& url) {
     }
     if (const auto colon = address.host.rfind(':'); colon != std::string::npos) {
         if (!read_number(address.host.substr(colon + 1), address.port))
-            throw Error("--url: " + url + " has no port number");
+            throw BadCommandLine("--url: " + url + " has no port number");
         address.host.erase(colon);
     }
     return address;

@@ -249,7 +249,7 @@ Device device_of(const Options& o, const Scene& scene) {
     if (const DeviceModel* model = find_device_model(o.device)) return device_of(*model);
     std::string known;
     for (const DeviceModel& model : device_models()) known += (known.empty() ? "" : ", ") + std::string(model.name);
-    throw Error(fmt::format("--device: there is no {}; there are {}", o.device, known));
+    throw BadCommandLine(fmt::format("--device: there is no {}; there are {}", o.device, known));
 }
 
 Hand hand_of(const Options& o) {
@@ -265,9 +265,10 @@ std::unique_ptr<Driver> make_driver(const Options& o, const Scene& scene, const 
         return std::make_unique<SimulatedDriver>(
             PointDevice(device, hand_of(o), mapping.to_device(path.at(0.0).position_m)), path, mapping,
             presses_of(o.press));
-    if (o.session.lockstep) throw Error("--lockstep: a real device does not wait: leave it out, or --driver");
+    if (o.session.lockstep) throw BadCommandLine("--lockstep: a real device does not wait: leave it out, or --driver");
     if (o.fingers > 1)
-        throw Error("--fingers: is for simulated hands: start a haptable-device --finger 1, one --finger 2 and so on");
+        throw BadCommandLine(
+            "--fingers: is for simulated hands: start a haptable-device --finger 1, one --finger 2 and so on");
     DriverOptions real = o.real;
     real.max_force_n = device.max_force_n;
     return open_driver(o.driver, real);

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "host/base/command_line.hpp"
 #include "host/base/error.hpp"
 #include "host/base/turn.hpp"
 
@@ -162,7 +163,8 @@ struct Frame {
 };
 
 Frame frame_of(const PathOptions& o) {
-    if (!(o.direction.norm() > 0.0)) throw Error("--direction: is zero: give the way into the body, such as 0,0,-1");
+    if (!(o.direction.norm() > 0.0))
+        throw BadCommandLine("--direction: is zero: give the way into the body, such as 0,0,-1");
     const Vector3d into = o.direction.normalized();
     // Unless asked otherwise: the coordinate axis that lies flattest on the surface.
     Vector3d wanted = o.along;
@@ -173,7 +175,7 @@ Frame frame_of(const PathOptions& o) {
     }
     const Vector3d flat = wanted - into.dot(wanted) * into;
     if (flat.norm() <= 1e-9 * wanted.norm())
-        throw Error("--along: is parallel to --direction: give a way along the surface");
+        throw BadCommandLine("--along: is parallel to --direction: give a way along the surface");
     return {into, flat.normalized(), into.cross(flat.normalized())};
 }
 
@@ -241,14 +243,15 @@ void add_named(const std::string& name, const PathOptions& o, const Frame& frame
     else if (name == "tilt")
         add_turns(o, frame, frame.across, script);
     else
-        throw Error("--path: \"" + name +
-                    "\" is not known: it is poke, drag, circle, lift, roll, tilt, or a file whose name ends in .csv");
+        throw BadCommandLine(
+            "--path: \"" + name +
+            "\" is not known: it is poke, drag, circle, lift, roll, tilt, or a file whose name ends in .csv");
 }
 
 }  // namespace
 
 std::unique_ptr<Path> scripted_path(const std::string& names, const PathOptions& options) {
-    if (!(options.speed_m_s > 0.0)) throw Error("--speed: must be greater than 0 m/s");
+    if (!(options.speed_m_s > 0.0)) throw BadCommandLine("--speed: must be greater than 0 m/s");
     const Frame frame = frame_of(options);
     auto script = std::make_unique<Script>(options.speed_m_s, options.reach_m, turn_from_z(Vector3d(-frame.into)));
     for (std::size_t begin = 0; begin <= names.size();) {

@@ -11,7 +11,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "host/base/error.hpp"
+#include "host/base/command_line.hpp"
 
 namespace haptable {
 
@@ -49,7 +49,7 @@ Hand hand_named(const std::string& name) {
         if (one.name == name) return one.hand;
         known += std::string(known.empty() ? "" : ", ") + one.name;
     }
-    throw Error(fmt::format("--hand: there is no {}; there are {}", name, known));
+    throw BadCommandLine(fmt::format("--hand: there is no {}; there are {}", name, known));
 }
 
 PointDevice::PointDevice(const Device& device, const Hand& hand, const Vector3d& start_m)

@@ -9,6 +9,7 @@
 #include <ctime>
 #include <limits>
 
+#include "host/base/command_line.hpp"
 #include "host/base/error.hpp"
 #include "host/base/interrupt.hpp"
 #include "host/device/simulated_driver.hpp"
@@ -44,7 +45,8 @@ void sleep_until(Clock::time_point deadline) {
 std::int64_t to_ticks(double seconds, const char* of) {
     constexpr double kMost_s = 1e12;
     if (seconds == 0.0) return std::numeric_limits<std::int64_t>::max();
-    if (!(seconds <= kMost_s)) throw Error(fmt::format("{}: {:.4g} s are more than {} s", of, seconds, kMost_s));
+    if (!(seconds <= kMost_s))
+        throw BadCommandLine(fmt::format("{}: {:.4g} s are more than {} s", of, seconds, kMost_s));
     return static_cast<std::int64_t>(std::ceil(seconds / kDeviceTick_s - 1e-6));
 }
 
@@ -70,7 +72,7 @@ DeviceSession::DeviceSession(Driver& driver, Connection& connection, const Sessi
       record_(record),
       live_(options.tell) {
     if (options_.lockstep && !(options_.patience_s > 0.0))
-        throw Error("--patience: is 0, but in lockstep every tick waits for its answer: give it some seconds");
+        throw BadCommandLine("--patience: is 0, but in lockstep every tick waits for its answer: give it some seconds");
     reading_m_.fill(mapping_.to_body(driver_.read(0).position_m));
     state_.seq = -1;  // none yet
     state_.session = random_session();

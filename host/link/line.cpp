@@ -20,6 +20,7 @@
 #include <utility>
 
 #include "host/base/child.hpp"
+#include "host/base/command_line.hpp"
 #include "host/base/error.hpp"
 #include "host/link/baud.hpp"
 
@@ -50,7 +51,7 @@ speed_t speed_of(unsigned baud) {
         if (speed.baud == baud) return speed.code;
         known += " " + std::to_string(speed.baud);
     }
-    throw Error("--baud " + std::to_string(baud) + ": Linux knows" + known);
+    throw BadCommandLine("--baud " + std::to_string(baud) + ": Linux knows" + known);
 }
 
 /// Raw bytes, 8N1, no flow control, whoever had the port before; without HUPCL, which resets some boards at our end.

@@ -78,7 +78,7 @@ std::vector<std::string> device_words(const Options& o) {
 void check(const Options& o) {
     for (const char* word : {"pictures", "film", "nothing", "live"})
         if (o.draw == word) return;
-    throw Error("--draw: \"" + o.draw + "\" is none of pictures, film, nothing, live");
+    throw BadCommandLine("--draw: \"" + o.draw + "\" is none of pictures, film, nothing, live");
 }
 
 constexpr std::array kWritten{"session.lcmlog", "servo.csv",    "device.csv",   "device_2.csv", "device_3.csv",

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "host/base/child.hpp"
+#include "host/base/command_line.hpp"
 #include "host/base/error.hpp"
 #include "host/base/installed.hpp"
 #include "host/base/interrupt.hpp"
@@ -92,7 +93,7 @@ Places find_places(const fs::path& scene_file, const std::string& name, const st
     require(places.scene / "servo", scene_file, places.build, {"scene-alone", scene}, quiet);
     if (target.empty()) return places;
     if (std::find(kTargets.begin(), kTargets.end(), target) == kTargets.end())
-        throw Error(fmt::format("--target: \"{}\" is none of {}", target, fmt::join(kTargets, ", ")));
+        throw BadCommandLine(fmt::format("--target: \"{}\" is none of {}", target, fmt::join(kTargets, ", ")));
     places.image = places.scene / "firmware" / target / "loop.elf";
     require(places.image, scene_file, places.build, {"firmware", scene, "TARGET=" + target}, quiet);
     if (!is_project_here())

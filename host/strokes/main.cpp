@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 /// One stroke, on one scene as that says: what the judge saw, tick by tick.
 void judge_one(const CampaignOptions& options, const fs::path& stroke) {
-    if (options.places.size() != 1) throw Error("--judge: give one scene to judge the stroke on");
+    if (options.places.size() != 1) throw BadCommandLine("--judge: give one scene to judge the stroke on");
     Progress progress(options.quiet);
     const Scene scene = read_scene(options.places.front());
     const fs::path folder = options.folder / "judged" / scene.name;

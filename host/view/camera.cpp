@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-#include "host/base/error.hpp"
+#include "host/base/command_line.hpp"
 
 namespace haptable {
 
@@ -76,7 +76,7 @@ float fitting_distance(const std::vector<Vector3f>& seen, const Eigen::Array2f& 
 Eigen::Matrix3f upright(const std::string& up) {
     const bool down = up.size() == 2 && up[0] == '-';
     const std::string axis = down ? up.substr(1) : up;
-    if (axis != "x" && axis != "y" && axis != "z") throw Error("--up " + up + ": give x, y, z, -x, -y or -z");
+    if (axis != "x" && axis != "y" && axis != "z") throw BadCommandLine("--up " + up + ": give x, y, z, -x, -y or -z");
     const int k = axis[0] - 'x';
     Eigen::Matrix3f rows;
     rows << Vector3f::Unit((k + 1) % 3).transpose(), Vector3f::Unit((k + 2) % 3).transpose(),

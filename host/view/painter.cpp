@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/base/error.hpp"
+#include "host/base/command_line.hpp"
 #include "host/base/si.hpp"
 #include "host/tables/checks.hpp"
 #include "host/tables/tool.hpp"
@@ -50,7 +50,8 @@ Painter::Painter(const Tables& tables, const TablesFolder& folder, const ViewOpt
 
 Painter::Painter(const Sag& sag, const TablesFolder& folder, const ViewOptions& view)
     : Painter(sag.tables, folder, view, false) {
-    if (view.color != "displacement") throw Error("--color " + view.color + ": of a sag the colours show displacement");
+    if (view.color != "displacement")
+        throw BadCommandLine("--color " + view.color + ": of a sag the colours show displacement");
     sag_m_ = &sag.displacement_m;
 }
 

@@ -248,6 +248,14 @@ def test_a_device_that_refuses_has_the_last_word(session):
     assert '"no-such-path" is not known' in session.said()
 
 
+@pytest.mark.parametrize("words", [
+    *(f"device meshes/cube.toml --{option} none" for option in ("path", "hand", "device", "driver", "fault")),
+    "run meshes/cube.toml -o a --draw none", *(f"view build/cube --mesh -o none.png --{o} none" for o in ("up", "color"))])
+def test_what_an_options_reader_refuses_is_a_bad_command_line(words):
+    outcome = run([program("haptable-" + words.split()[0]), *words.split()[1:], "--quiet"])
+    assert outcome.status == 2 and outcome.err.count("\n") == 1, outcome
+
+
 def test_a_full_disk_is_said_and_leaves_a_valid_record(session):
     """RLIMIT_FSIZE stands for the full disk: a write takes a part, and then none."""
     words = " ".join(session.command(*LONG))

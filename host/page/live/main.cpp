@@ -101,7 +101,7 @@ void parse_size(const std::string& text, ViewOptions& view) {
     if (std::sscanf(text.c_str(), "%dx%d%n", &view.width, &view.height, &used) != 2 ||
         static_cast<std::size_t>(used) != text.size() || std::min(view.width, view.height) < kLeast ||
         std::max(view.width, view.height) > kMost)
-        throw Error("--size " + text + ": give WIDTHxHEIGHT, each from 160 to 8192, as in 960x720");
+        throw BadCommandLine("--size " + text + ": give WIDTHxHEIGHT, each from 160 to 8192, as in 960x720");
 }
 
 /// Counts, times and extremes of a run.
@@ -165,7 +165,7 @@ private:
             output_.emplace(options_.out, options_.view.width, options_.view.height, frame_ms(options_));
         if (!options_.vtu) return;
         if (!output_ || output_->folder() == nullptr)
-            throw Error("--vtu: give a folder with -o, not " + options_.out.string());
+            throw BadCommandLine("--vtu: give a folder with -o, not " + options_.out.string());
         vtu_.emplace(*output_->folder());
     }
 
@@ -304,12 +304,11 @@ void complete(Options& o) {
     parse_size(o.size, o.view);
     const bool film = is_film(o.out);
     o.view.samples = o.samples != 0 ? o.samples : o.lcm || film ? 1 : 4;
-    if (!std::isfinite(o.view.azimuth + o.view.elevation + o.view.zoom + o.range + o.view.exaggeration))
-        throw Error("--azimuth, --elevation, --zoom, --range and --exaggerate take finite numbers");
     if (o.view.color != "displacement" && o.view.color != "force" && o.view.color != "stress")
-        throw Error("--color " + o.view.color + ": give displacement, force or stress");
+        throw BadCommandLine("--color " + o.view.color + ": give displacement, force or stress");
     constexpr std::int64_t kEvery_ms = 33;
-    if (o.fps > 0.0 && !film) throw Error("--fps: is of films, and " + o.out.string() + " is none: give .mp4 or .gif");
+    if (o.fps > 0.0 && !film)
+        throw BadCommandLine("--fps: is of films, and " + o.out.string() + " is none: give .mp4 or .gif");
     const bool slowed = o.fps > 0.0 && o.every_ms > 0;
     if (o.every_ms == 0) o.every_ms = o.fps > 0.0 ? std::max<std::int64_t>(std::lround(1e3 / o.fps), 1) : kEvery_ms;
     o.choice.every_ms = o.limits.every_ms = o.every_ms;

@@ -98,7 +98,7 @@ void require_tables(const ServoScene& scene, const Options& o, std::uint64_t of_
 }
 
 void require_places(const Options& o) {
-    if (o.out.empty() && !o.check) throw Error("--replay: give --out OUT.csv, or --check for a log");
+    if (o.out.empty() && !o.check) throw BadCommandLine("--replay: give --out OUT.csv, or --check for a log");
     if (!o.out.empty()) require_other_file(o.out, o.in, "--replay");
 }
 
@@ -192,7 +192,7 @@ int servo_main(int argc, char** argv, const ServoScene& scene) {
     add_options(app, options);
     return run_program(app, argc, argv, [&] {
         if (!options.lcm && options.in.empty() && options.poke.empty())
-            throw Error("nothing to do: give --lcm, --replay IN.csv --out OUT.csv, or --poke X,Y,Z");
+            throw BadCommandLine("nothing to do: give --lcm, --replay IN.csv --out OUT.csv, or --poke X,Y,Z");
         if (!options.poke.empty())
             run_poke(scene, options);
         else if (options.lcm)

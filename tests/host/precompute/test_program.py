@@ -323,8 +323,7 @@ def test_files_of_others_stay(precompute):
 def test_a_missing_scene_and_a_bad_command_line_fail(precompute):
     missing = precompute("none.toml -o a")
     assert missing.status == 1 and "none.toml: cannot be read" in missing.err
-    assert precompute("").status == 2
-    assert precompute("scene.toml --no-such-option").status == 2
+    assert precompute("").status == precompute("scene.toml --no-such-option").status == 2
     assert precompute.files() == 1
 
 
