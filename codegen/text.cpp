@@ -298,9 +298,11 @@ void require_flash(const std::vector<TableBytes>& tables, const ServoModel& mode
     }
     if (budget_bytes == 0 || bytes <= budget_bytes) return;
     const double share = static_cast<double>(budget_bytes) / static_cast<double>(bytes);
-    std::string advice =
-        fmt::format("a [[touch]] region of about {:.0f} of its {} patches would fit, or a coarser mesh",
-                    share * static_cast<double>(model.patch.size()), model.patch.size());
+    const double fitting = std::floor(share * static_cast<double>(model.patch.size()));
+    std::string advice = "not one patch would fit";
+    if (fitting >= 1.0)
+        advice = fmt::format("a [[touch]] region of about {:.0f} of its {} patches would fit, or a coarser mesh",
+                             fitting, model.patch.size());
     if (bytes - blocks / 2 <= budget_bytes && blocks > 0)
         advice = fmt::format("precision = \"float16\" takes {} and fits", bytes - blocks / 2);
     throw Error(fmt::format("the servo's tables take {} bytes and tables.flash_budget is {}: {}; {}", bytes,

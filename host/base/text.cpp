@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "host/base/text.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
 
@@ -28,6 +30,13 @@ std::vector<std::string> split(std::string_view text, char between) {
         parts.emplace_back(text.substr(begin, end == text.npos ? end : end - begin));
     }
     return parts;
+}
+
+std::string human_bytes(std::uintmax_t bytes) {
+    const auto size = static_cast<double>(bytes);
+    if (bytes < 10'000) return fmt::format("{} B", bytes);
+    if (bytes < 10'000'000) return fmt::format("{:.1f} kB", size / 1e3);
+    return bytes < 10'000'000'000 ? fmt::format("{:.1f} MB", size / 1e6) : fmt::format("{:.1f} GB", size / 1e9);
 }
 
 }  // namespace haptable

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <charconv>
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -11,6 +12,9 @@ namespace haptable {
 /// ASCII.
 std::string lower(std::string_view text);
 std::string upper(std::string_view text);
+
+/// "9999 B", "10.0 kB" and so on, to GB.
+std::string human_bytes(std::uintmax_t bytes);
 
 /// The parts of the text, empty ones too; none of an empty text.
 std::vector<std::string> split(std::string_view text, char between);

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host/base/json.hpp"
+#include "host/base/text.hpp"
 #include "host/body/locking.hpp"
 #include "host/inverse/solve/blas_core.hpp"
 #include "host/precompute/digits.hpp"
@@ -90,12 +91,6 @@ nlohmann::ordered_json memory(const MemoryNeed& need, const std::vector<StageCos
             {"checks_bytes", need.solves},
             {"peak_bytes", stages.empty() ? 0.0 : stages.back().peak_bytes},
             {"peak_bytes_by_stage", by_name(stages, &StageCost::peak_bytes)}};
-}
-
-std::string human_bytes(std::uintmax_t bytes) {
-    if (bytes < 10'000) return fmt::format("{} B", bytes);
-    if (bytes < 10'000'000) return fmt::format("{:.1f} kB", static_cast<double>(bytes) / 1e3);
-    return fmt::format("{:.1f} MB", static_cast<double>(bytes) / 1e6);
 }
 
 std::string flash_table(const Scene& scene, const ModelSize& size) {

@@ -9,6 +9,7 @@
 
 #include "host/base/error.hpp"
 #include "host/base/file.hpp"
+#include "host/base/text.hpp"
 #include "host/precompute/vtu.hpp"
 #include "host/tables/npy.hpp"
 
@@ -150,9 +151,10 @@ void require_room(const char* file, double needed_bytes, const fs::path& folder)
     const fs::space_info space = fs::space(folder, unknown);
     if (!unknown && needed_bytes > static_cast<double>(space.available))
         throw Error(
-            fmt::format("{}: {} needs {:.1f} GB and {:.1f} GB are free; write elsewhere, touch a "
+            fmt::format("{}: {} needs {} and {} are free; write elsewhere, touch a "
                         "smaller region or set columns = \"none\" in [tables]",
-                        folder.string(), file, needed_bytes / 1e9, static_cast<double>(space.available) / 1e9));
+                        folder.string(), file, human_bytes(static_cast<std::uintmax_t>(needed_bytes)),
+                        human_bytes(space.available)));
 }
 
 void touch_summary(const fs::path& folder) {

@@ -222,6 +222,7 @@ TEST(Precision, ABudgetThatIsTooSmallSaysWhatTakesTheRoomAndWhatWouldFit) {
                                                               {bytes, "no error"},
                                                               {bytes - 1, "precision = \"float16\" takes"},
                                                               {bytes / 4, "patches would fit"},
+                                                              {1, "not one patch would fit"},
                                                               {bytes / 4, "box "}};
     for (const auto& [budget, error] : budgets)
         EXPECT_TRUE(fails_with([&] { require_flash(flash_tables(ball.servo()), ball.servo(), budget); }, error));
