@@ -102,8 +102,10 @@ std::string flash_table(const Scene& scene, const ModelSize& size) {
         if (i < size.flash.size()) sum += size.flash[i].bytes;
         if (i < size.precision.size()) {
             const PrecisionError& p = size.precision[i];
-            text += fmt::format("    {:<10} {:>9}          {:>9.2g} {:>9.2g}{}", word(p.precision), p.bytes, p.worst,
-                                p.mean, p.precision == scene.tables.precision ? "  (chosen)" : "");
+            text += fmt::format("    {:<10} {:>9}          {}{}", word(p.precision), p.bytes,
+                                std::isfinite(p.worst + p.mean) ? fmt::format("{:>9.2g} {:>9.2g}", p.worst, p.mean)
+                                                                : fmt::format("{:>19}", "does not fit"),
+                                p.precision == scene.tables.precision ? "  (chosen)" : "");
         }
         text += '\n';
     }
