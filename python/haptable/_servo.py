@@ -28,7 +28,7 @@ _touch_type, _float32 = ffi.typeof("struct haptable_touch*"), np.dtype(np.float3
 _buffer = ffi.buffer
 _COUNTERS = [ffi.string(lib.haptable_library_counter_name(i)).decode() for i in range(lib.haptable_library_counters())]
 # As haptable-run and servo --poke do it: from outside, slowly enough that no search is left for the next tick.
-_CLEARANCE, _STEP, _HOLD, _HOLD_OF_MODES = 0.01, 2e-5, 100, 5000
+_CLEARANCE, _STEP, _DEEPEST, _HOLD, _HOLD_OF_MODES = 0.01, 2e-5, 10.0, 100, 5000
 
 
 class HaptableError(Exception):
@@ -427,7 +427,7 @@ class Body:
         points: [..., 3] m, where it goes through the surface; depth: [...] m beyond; direction: [..., 3] of any length,
         or where it is None against the normal of the surface node that is nearest. They are broadcast. Returns [...] of
         dtype CONTACT; FREE where the way meets no touchable patch. Raises ValueError for other shapes, for numbers that
-        are not finite, and for a body that nothing holds, which would give way.
+        are not finite, for a depth of more than 10 m, and for a body that nothing holds, which would give way.
 
         >>> body = load("build/cube")
         >>> felt = body.poke((0.015, 0.015, 0.03), [1e-3, 2e-3])
@@ -452,6 +452,8 @@ class Body:
         size = np.linalg.norm(inwards, axis=-1, keepdims=True)
         if not (np.isfinite(at).all() and np.isfinite(inwards).all() and np.isfinite(deep).all() and (size > 0).all()):
             raise ValueError("points, depth, direction: finite, and a direction that has a length")
+        if deep.size and deep.max() > _DEEPEST:
+            raise ValueError(f"depth: {deep.max():.4g} m: at most {_DEEPEST:g}")
         felt = np.empty(at.shape[:-1], CONTACT)
         hold = _HOLD_OF_MODES if self.modes else _HOLD
         for index in np.ndindex(felt.shape):

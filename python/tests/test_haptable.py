@@ -172,7 +172,8 @@ class Package(unittest.TestCase):
         self.assertTrue(np.array_equal(one["force"], many[3]["force"]))
         self.assertEqual(self.body.poke((0.5, 0.5, 0.5), 0.001, (0, 0, -1))["state"], haptable.State.FREE)
         for wrong in (((0, 0), 1, (0, 0, 1)), ((0, 0, 0), 1, (0, 0)), ((0, 0, 0), np.nan, (0, 0, 1)),
-                      ((0, 0, 0), 1, (0, 0, 0)), ((0, 0, np.inf), 1, (0, 0, 1)), ((0, 0, 0), [1, 2], np.ones((3, 3)))):
+                      ((0, 0, 0), 1, (0, 0, 0)), ((0, 0, np.inf), 1, (0, 0, 1)), ((0, 0, 0), 1e9, (0, 0, 1)),
+                      ((0, 0, 0), [1, 2], np.ones((3, 3)))):
             self.refused(ValueError, "", lambda: self.body.poke(*wrong))
 
     def test_arrays_that_do_not_fit_are_refused(self):
