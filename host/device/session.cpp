@@ -41,12 +41,17 @@ void sleep_until(Clock::time_point deadline) {
     clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &at, nullptr);
 }
 
-/// 0 s: until it is interrupted. Throws Error, which names `of`, where the `utime` of a state cannot count so far.
-std::int64_t to_ticks(double seconds, const char* of) {
-    constexpr double kMost_s = 1e12;
-    if (seconds == 0.0) return std::numeric_limits<std::int64_t>::max();
+/// Throws BadCommandLine, which names `of`, where a clock of nanoseconds cannot count so far.
+void require_countable(double seconds, const char* of) {
+    constexpr double kMost_s = 1e9;
     if (!(seconds <= kMost_s))
         throw BadCommandLine(fmt::format("{}: {:.4g} s are more than {} s", of, seconds, kMost_s));
+}
+
+/// 0 s: until it is interrupted.
+std::int64_t to_ticks(double seconds, const char* of) {
+    if (seconds == 0.0) return std::numeric_limits<std::int64_t>::max();
+    require_countable(seconds, of);
     return static_cast<std::int64_t>(std::ceil(seconds / kDeviceTick_s - 1e-6));
 }
 
@@ -73,6 +78,7 @@ DeviceSession::DeviceSession(Driver& driver, Connection& connection, const Sessi
       live_(options.tell) {
     if (options_.lockstep && !(options_.patience_s > 0.0))
         throw BadCommandLine("--patience: is 0, but in lockstep every tick waits for its answer: give it some seconds");
+    require_countable(options_.patience_s, "--patience");
     reading_m_.fill(mapping_.to_body(driver_.read(0).position_m));
     state_.seq = -1;  // none yet
     state_.session = random_session();

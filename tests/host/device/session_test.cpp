@@ -147,6 +147,7 @@ TEST_F(DeviceSessionTest, LockstepGivesUpWithAnError) {
     SessionOptions endless = lockstep();
     endless.seconds = 1e300;
     EXPECT_TRUE(fails_with([&] { run(endless, five_answers); }, "--seconds: 1e+300 s are more than"));
+    EXPECT_TRUE(fails_with([&] { run(lockstep(1e300), five_answers); }, "--patience: 1e+300 s are more than"));
     const auto of_anothers = [](const device_state&, servo_force& force) {
         force.owner = 0xABCD;
         force.force_n[0] = 3.0;
