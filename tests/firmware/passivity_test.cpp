@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <random>
@@ -76,6 +77,38 @@ TEST_P(PassivityHands, GetNextToNothing) {
     RecordProperty("given_j", std::to_string(with));
     EXPECT_GT(without, 1e-3);
     EXPECT_LT(with, 0.1 * without);
+}
+
+// Straight in and out; steps of 2^-14 m are exact in float32.
+TEST_P(PassivityHands, TakeInTheNextTickWhatTheyWereGivenIfTheyGoOn) {
+    constexpr int kTicks = 128;
+    const haptable_model plain = model(false), passive = model(true);
+    const haptable_pair_model tables = pair_in_memory(coupling_, body_.tables(), plain),
+                              braked_tables = pair_in_memory(coupling_, body_.tables(), passive);
+    const bool is_pair = fingers() == 2;
+    SceneSession without(plain, is_pair ? &tables : nullptr, nullptr, nullptr),
+        with(passive, is_pair ? &braked_tables : nullptr, nullptr, nullptr);
+    double given = 0.0, most = 0.0;
+    int braked = 0;
+    for (int tick = 0; tick < 2 * kTicks; ++tick) {
+        const Vector3d at_m(0.01171875, 0.015625, 0.03125 - std::ldexp(std::min(tick, 2 * kTicks - tick), -14));
+        const std::optional<Vector3d> other =
+            is_pair ? std::optional<Vector3d>(at_m + Vector3d(0.0078125, 0.0, 0.0)) : std::nullopt;
+        without.step(at_m, other);
+        with.step(at_m, other);
+        double force_n = 0.0, braked_n = 0.0;
+        for (std::size_t f = 0; f < std::size_t(fingers()); ++f) {
+            force_n += without.force(f).z();
+            braked_n += with.force(f).z();
+        }
+        const double motion_m = std::ldexp(tick < kTicks ? -1.0 : 1.0, -14), before = given;
+        given += braked_n * motion_m;
+        most = std::max(most, std::abs(given));
+        if (tick <= kTicks || before <= 0.0 || force_n <= 0.0) continue;
+        EXPECT_NEAR(given, force_n * motion_m, 4.0 * kTicks * std::ldexp(most, -24)) << tick;
+        ++braked;
+    }
+    EXPECT_GT(braked, 3);
 }
 
 INSTANTIATE_TEST_SUITE_P(Fingers, PassivityHands, testing::Values(1, 2));
