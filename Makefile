@@ -382,7 +382,7 @@ figures: $(addprefix $(BUILD)/bin/,haptable-precompute haptable-view haptable-ru
 lint: all $(BUILD)/tests/unit | $(BUILD)/setup-lint.stamp
 	@BUILD=$(BUILD) sh scripts/lint.sh
 
-# tidy: clang-tidy on the rooms that changed since it had nothing to say, in any clone (half a minute a room)
+# tidy: clang-tidy on the rooms that changed since it had nothing to say, in any clone (20 s a room)
 # Not the servo's mains and the images' programs, which need a scene's model.h, nor the bench's, which is made of
 # Google Benchmark's macros, nor a peer's, which needs that library.
 TIDY = $(filter-out host/session/servo/main.cpp host/bench/main.cpp host/bench/peers/% $(if $(shell command -v mpicxx),,host/precompute/mpi/% host/inverse/mpi/%),\

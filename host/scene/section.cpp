@@ -129,9 +129,9 @@ std::array<std::array<double, 3>, 2> Section::two_vectors(std::string_view key, 
     std::array<std::array<double, 3>, 2> vectors{};
     for (std::size_t k = 0; k < 2; ++k) {
         const toml::array* vector = (*list)[k].as_array();
+        if (vector == nullptr || vector->size() != 3) fail(key, fmt::format("must be {}", example));
         for (std::size_t c = 0; c < 3; ++c) {
-            const std::optional<double> value =
-                vector == nullptr || vector->size() != 3 ? std::nullopt : (*vector)[c].value<double>();
+            const std::optional<double> value = (*vector)[c].value<double>();
             if (!value || (*vector)[c].is_boolean() || !std::isfinite(*value))
                 fail(key, fmt::format("must be {}", example));
             vectors[k][c] = *value;

@@ -216,9 +216,9 @@ private:
     /// In the body's frame. How far modes have moved the surface is the servo's word.
     Vector3d inside_of(const Felt& felt) const {
         if (touched_.modes() != nullptr) return felt.inside_m;
-        if (touched_.body() == nullptr) return felt.at_m;
-        return tick_.before.turn.conjugate() * (felt.at_m - tick_.before.centre_m) +
-               to_vector(touched_.body()->centre_m);
+        const haptable_body* body = touched_.body();
+        if (body == nullptr) return felt.at_m;
+        return tick_.before.turn.conjugate() * (felt.at_m - tick_.before.centre_m) + to_vector(body->centre_m);
     }
 
     /// Where a point's contact begins and ends the nearest god-object tells.
@@ -747,7 +747,7 @@ private:
         const double contacts_j =
             touched_.pair != nullptr ? static_cast<double>(scene_.pair()->energy_j) : a.energy_j();
         Matrix6d together = Matrix6d::Zero();
-        if (finger_.size() == 2 && a.contact && b.contact)
+        if (touched_.pair != nullptr && finger_.size() == 2 && a.contact && b.contact)
             together = std::max(a.largest_tangent(), b.largest_tangent()) *
                        touched_.on.law.stiffness_of_two(*touched_.pair, {a.at, b.at});
         ledger_.note(felt.data(), finger_.size(), modes_j(scene_), tick_.before, tick_.after, together);
