@@ -28,6 +28,19 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
     return row.back();
 }
 
+/// None: it is not three finite numbers.
+std::optional<std::array<double, 3>> vector_of(const toml::node& node) {
+    const toml::array* list = node.as_array();
+    if (list == nullptr || list->size() != 3) return {};
+    std::array<double, 3> vector{};
+    for (std::size_t c = 0; c < 3; ++c) {
+        const std::optional<double> value = (*list)[c].value<double>();
+        if (!value || (*list)[c].is_boolean() || !std::isfinite(*value)) return {};
+        vector[c] = *value;
+    }
+    return vector;
+}
+
 }  // namespace
 
 /// "; did you mean side?", or the list of what there is where nothing is near.
@@ -128,14 +141,9 @@ std::array<std::array<double, 3>, 2> Section::two_vectors(std::string_view key, 
     if (list == nullptr || list->size() != 2) fail(key, fmt::format("must be {}", example));
     std::array<std::array<double, 3>, 2> vectors{};
     for (std::size_t k = 0; k < 2; ++k) {
-        const toml::array* vector = (*list)[k].as_array();
-        if (vector == nullptr || vector->size() != 3) fail(key, fmt::format("must be {}", example));
-        for (std::size_t c = 0; c < 3; ++c) {
-            const std::optional<double> value = (*vector)[c].value<double>();
-            if (!value || (*vector)[c].is_boolean() || !std::isfinite(*value))
-                fail(key, fmt::format("must be {}", example));
-            vectors[k][c] = *value;
-        }
+        const std::optional<std::array<double, 3>> vector = vector_of((*list)[k]);
+        if (!vector) fail(key, fmt::format("must be {}", example));
+        vectors[k] = *vector;
     }
     return vectors;
 }

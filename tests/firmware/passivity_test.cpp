@@ -30,10 +30,13 @@ protected:
         tables.options.set("contact.passivity", is_passive);
         return model_in_memory(tables, body_.servo());
     }
+    SceneSession begin(const haptable_model& model, const haptable_pair_model& tables) const {
+        return {model, fingers() == 2 ? &tables : nullptr, nullptr, nullptr};
+    }
     /// J: the most that all hands were given since the session's begin, less what they gave.
     double most_given(const haptable_model& model, std::uint32_t seed) const {
         const haptable_pair_model tables = pair_in_memory(coupling_, body_.tables(), model);
-        SceneSession session(model, fingers() == 2 ? &tables : nullptr, nullptr, nullptr);
+        SceneSession session = begin(model, tables);
         std::mt19937 random(seed);
         std::uniform_real_distribution<double> over(0.0, 0.03), height(0.01, 0.04);
         Hand hand[2];
@@ -85,15 +88,13 @@ TEST_P(PassivityHands, TakeInTheNextTickWhatTheyWereGivenIfTheyGoOn) {
     const haptable_model plain = model(false), passive = model(true);
     const haptable_pair_model tables = pair_in_memory(coupling_, body_.tables(), plain),
                               braked_tables = pair_in_memory(coupling_, body_.tables(), passive);
-    const bool is_pair = fingers() == 2;
-    SceneSession without(plain, is_pair ? &tables : nullptr, nullptr, nullptr),
-        with(passive, is_pair ? &braked_tables : nullptr, nullptr, nullptr);
+    SceneSession without = begin(plain, tables), with = begin(passive, braked_tables);
     double given = 0.0, most = 0.0;
     int braked = 0;
     for (int tick = 0; tick < 2 * kTicks; ++tick) {
         const Vector3d at_m(0.01171875, 0.015625, 0.03125 - std::ldexp(std::min(tick, 2 * kTicks - tick), -14));
         const std::optional<Vector3d> other =
-            is_pair ? std::optional<Vector3d>(at_m + Vector3d(0.0078125, 0.0, 0.0)) : std::nullopt;
+            fingers() == 2 ? std::optional<Vector3d>(at_m + Vector3d(0.0078125, 0.0, 0.0)) : std::nullopt;
         without.step(at_m, other);
         with.step(at_m, other);
         double force_n = 0.0, braked_n = 0.0;
